@@ -10,10 +10,9 @@
 #include "accuracy_record.h"
 #include "accuracy_report.h"
 #include "accuracy_rows.h"
+#include "command_line.h"
 #include "program.h"
 #include "statistics.h"
-
-#include <CLI/CLI.hpp>
 
 #include <filesystem>
 #include <fstream>
@@ -111,26 +110,24 @@ int hold(const std::string& file, const Points& points, const std::string& rende
 }
 
 int run(int argc, char** argv) {
-    CLI::App app{"What accuracy costs in time"};
+    CommandLine line("What accuracy costs in time");
     Options options;
-    app.add_option("scenes", options.scenes, "names of the sweep, built-in ids or files");
-    app.add_flag("--short", options.brief, "the presets, small, on the built-in scenes");
-    app.add_flag("--presets", options.presetsOnly, "the presets alone");
-    app.add_option("--size", options.size, "WIDTHxHEIGHT");
-    app.add_option("--samples", options.samples, "paths a pixel of the truth");
-    app.add_option("--rounds", options.rounds, "turns of each setting, five warm frames in each");
-    app.add_option("--output", options.output, "folder of the CSV, the table and the pictures")
-        ->take_last();
-    app.add_option("--shared", options.shared, "folder of third-party scenes");
-    app.add_option("--with", options.with,
-                   "CSV measured before, to be joined; no scene is measured that is not named")
-        ->take_all();
-    app.add_option("--clock", options.clock, "wall, or processor: time of all threads")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, Clock>{{"wall", Clock::wall}, {"processor", Clock::processor}}));
-    app.add_option("--record", options.record, "write the errors to this file");
-    app.add_option("--against", options.against, "hold the errors against this file");
-    CLI11_PARSE(app, argc, argv);
+    line.addList("scenes", options.scenes, "names of the sweep, built-in ids or files");
+    line.addFlag("--short", options.brief, "the presets, small, on the built-in scenes");
+    line.addFlag("--presets", options.presetsOnly, "the presets alone");
+    line.add("--size", options.size, "WIDTHxHEIGHT");
+    line.add("--samples", options.samples, "paths a pixel of the truth");
+    line.add("--rounds", options.rounds, "turns of each setting, five warm frames in each");
+    line.add("--output", options.output, "folder of the CSV, the table and the pictures");
+    line.add("--shared", options.shared, "folder of third-party scenes");
+    line.addList("--with", options.with,
+                 "CSV measured before, to be joined; no scene is measured that is not named");
+    std::string clock = "wall";
+    line.add("--clock", clock, "wall, or processor: time of all threads", {"wall", "processor"});
+    line.add("--record", options.record, "write the errors to this file");
+    line.add("--against", options.against, "hold the errors against this file");
+    if (const auto status = line.parse(argc, argv)) return *status;
+    if (clock == "processor") options.clock = Clock::processor;
 
     const MeasureOptions measuring = measureOptions(options);
     const std::vector<Accuracy> settings =

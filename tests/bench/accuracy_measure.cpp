@@ -1,5 +1,5 @@
-#include "scene/default_view.h"
 #include "accuracy_measure.h"
+#include "scene/default_view.h"
 
 #include "room_scene.h"
 #include "scenes.h"

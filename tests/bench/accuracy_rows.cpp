@@ -7,7 +7,7 @@
 namespace clerestory::bench {
 namespace {
 
-constexpr std::size_t kColumns = 19;
+constexpr std::size_t kFields = 19;
 
 std::vector<std::string> cellsOf(const std::string& line) {
     std::vector<std::string> cells(1);
@@ -33,7 +33,7 @@ double number(const std::string& cell) {
 
 Point pointFrom(const std::string& line) {
     const std::vector<std::string> c = cellsOf(line);
-    if (c.size() != kColumns) throw std::runtime_error("a row of another length: " + line);
+    if (c.size() != kFields) throw std::runtime_error("a row of another length: " + line);
     Point p{.scene = c[0], .setting = c[2]};
     for (const Effect effect : kCurveEffects) {
         if (curveName(effect) == c[1]) p.effect = effect;

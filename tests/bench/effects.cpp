@@ -3,6 +3,7 @@
 // rotates a little, and with everything redrawn in every frame. Settings alternate frame by frame,
 // so that other load on the machine affects all equally. Encoding is not counted. Then the
 // planner's predicted milliseconds and error of each technique, with the measured ones.
+#include "command_line.h"
 #include "predictions.h"
 #include "program.h"
 #include "scene/default_view.h"
@@ -10,8 +11,6 @@
 #include "statistics.h"
 
 #include <unistd.h>
-#include <CLI/CLI.hpp>
-
 #include <map>
 
 namespace clerestory::bench {
@@ -268,17 +267,17 @@ void report(const std::string& argument, const FrameRequest& shape, int frames) 
 }
 
 int run(int argc, char** argv) {
-    CLI::App app{"What the effects cost"};
+    CommandLine line("What the effects cost");
     std::vector<std::string> scenes{"chapel"};
     std::string preset = "standard";
     FrameRequest shape;
     int frames = 15;
-    app.add_option("scenes", scenes, "built-in ids or files");
-    app.add_option("--width", shape.width);
-    app.add_option("--height", shape.height);
-    app.add_option("--frames", frames, "warm frames measured");
-    app.add_option("--accuracy", preset)->check(CLI::IsMember({"draft", "standard", "fine"}));
-    CLI11_PARSE(app, argc, argv);
+    line.addList("scenes", scenes, "built-in ids or files");
+    line.add("--width", shape.width);
+    line.add("--height", shape.height);
+    line.add("--frames", frames, "warm frames measured");
+    line.add("--accuracy", preset, "", {"draft", "standard", "fine"});
+    if (const auto status = line.parse(argc, argv)) return *status;
     for (const auto& [word, value] : presetChoice().words) {
         if (word == preset) shape.accuracy = accuracyOf(value);
     }

@@ -5,6 +5,7 @@
 // built-in's id or a file. The camera rotates a little from frame to frame, because a driver may
 // skip repeated work. Prints a Markdown table: median and 95th percentile of warm frames, the cold
 // first frame, processor time, milliseconds of each pass and of encoding, and memory.
+#include "command_line.h"
 #include "image/image.h"
 #include "program.h"
 #include "renderer.h"
@@ -14,8 +15,6 @@
 
 #include <malloc.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
-
 #include <cstdio>
 #include <fstream>
 #include <map>
@@ -85,21 +84,21 @@ void measure(Renderer& renderer, Scene loaded, const FrameRequest& shape, int fr
 }
 
 int run(int argc, char** argv) {
-    CLI::App app{"What a frame costs, per pass"};
+    CommandLine line("What a frame costs, per pass");
     std::vector<std::string> scenes{"chapel"};
     std::string preset = "standard", effects = "all", rays = "automatic";
     int width = 1280, height = 720, frames = 15;
-    app.add_option("scenes", scenes, "built-in ids or files");
-    app.add_option("--width", width);
-    app.add_option("--height", height);
-    app.add_option("--frames", frames, "warm frames measured");
-    app.add_option("--accuracy", preset)->check(CLI::IsMember({"draft", "standard", "fine"}));
-    app.add_option("--effects", effects,
-                   "none: base shading, as other renderers draw it; shadows, full: with shadows, "
-                   "and with light between surfaces")
-        ->check(CLI::IsMember({"all", "none", "shadows", "full"}));
-    app.add_option("--rays", rays)->check(CLI::IsMember({"automatic", "shader", "cpu"}));
-    CLI11_PARSE(app, argc, argv);
+    line.addList("scenes", scenes, "built-in ids or files");
+    line.add("--width", width);
+    line.add("--height", height);
+    line.add("--frames", frames, "warm frames measured");
+    line.add("--accuracy", preset, "", {"draft", "standard", "fine"});
+    line.add("--effects", effects,
+             "none: base shading, as other renderers draw it; shadows, full: with shadows, "
+             "and with light between surfaces",
+             {"all", "none", "shadows", "full"});
+    line.add("--rays", rays, "", {"automatic", "shader", "cpu"});
+    if (const auto status = line.parse(argc, argv)) return *status;
 
     FrameRequest shape;
     if (effects == "none") shape.effects = {false, false, false, false, false};

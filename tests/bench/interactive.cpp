@@ -1,6 +1,7 @@
 // `bench_interactive CLERESTORY [SCENE]`: a client that sends a pose every 50 ms, to a live view
 // with a stream and as single requests of which one is in progress. Which poses do the pictures
 // show, how old are they, when is the whole frame there, and how long does the next drag wait?
+#include "command_line.h"
 #include "interactive_client.h"
 #include "program.h"
 #include "statistics.h"
@@ -8,7 +9,6 @@
 #include "tests/support/free_port.h"
 
 #include <httplib.h>
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -232,24 +232,19 @@ int measureInteractive(const Options& options) {
 }
 
 int measure(int argc, char** argv) {
-    CLI::App app("A client that sends a pose every 50 ms");
+    CommandLine line("A client that sends a pose every 50 ms");
     Options options;
-    app.add_option("program", options.program, "the program that is measured")->required();
-    app.add_option("scene", options.scene, "a built-in scene or a file");
-    app.add_option("--width", options.width);
-    app.add_option("--height", options.height);
-    app.add_option("--accuracy", options.accuracy);
-    app.add_option("--target", options.targetMs, "targetMs")->check(CLI::Range(10, 5000));
-    app.add_option("--pose", options.poseMs, "milliseconds between poses")
-        ->check(CLI::Range(1, 1000));
-    app.add_option("--rounds", options.rounds)->check(CLI::Range(1, 100));
-    app.add_option("--drags", options.drags, "of each round")->check(CLI::Range(1, 1000));
-    app.add_option("--seconds", options.seconds, "of motion in each round");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error);
-    }
+    line.addRequired("program", options.program, "the program that is measured");
+    line.add("scene", options.scene, "a built-in scene or a file");
+    line.add("--width", options.width);
+    line.add("--height", options.height);
+    line.add("--accuracy", options.accuracy);
+    line.add("--target", options.targetMs, "targetMs", {10, 5000});
+    line.add("--pose", options.poseMs, "milliseconds between poses", {1, 1000});
+    line.add("--rounds", options.rounds, "", {1, 100});
+    line.add("--drags", options.drags, "of each round", {1, 1000});
+    line.add("--seconds", options.seconds, "of motion in each round");
+    if (const auto status = line.parse(argc, argv)) return *status;
     return measureInteractive(options);
 }
 

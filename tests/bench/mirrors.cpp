@@ -1,13 +1,13 @@
 // `bench_mirrors [--faces N] [--frames N]`: five to eight mirror balls in a room, each with its own
 // captured cube, redrawn in every frame with one to three generations: a 4 x 3 table. Exits with 1
 // if the number of face views does not grow as expected.
+#include "command_line.h"
 #include "program.h"
 #include "renderer.h"
 #include "scene/builtin/modelling.h"
 #include "statistics.h"
 
 #include <unistd.h>
-#include <CLI/CLI.hpp>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -102,13 +102,12 @@ Cell measure(Renderer& renderer, FrameRequest request, int frames) {
 }
 
 int run(int argc, char** argv) {
-    CLI::App app{"Mirrored balls that see each other"};
+    CommandLine line("Mirrored balls that see each other");
     std::uint32_t faces = 1024;
     int frames = 3;
-    app.add_option("--faces", faces, "texels along the edge of a cube's face")
-        ->check(CLI::Range(16, 2048));
-    app.add_option("--frames", frames, "frames measured for each cell")->check(CLI::Range(1, 1000));
-    CLI11_PARSE(app, argc, argv);
+    line.add("--faces", faces, "texels along the edge of a cube's face", {16, 2048});
+    line.add("--frames", frames, "frames measured for each cell", {1, 1000});
+    if (const auto status = line.parse(argc, argv)) return *status;
 
     Renderer renderer{RendererOptions{}};
     std::printf(

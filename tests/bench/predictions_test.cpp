@@ -1,6 +1,6 @@
 // Compares the planner's predicted errors of each technique with measured ones.
-#include "scene/default_view.h"
 #include "predictions.h"
+#include "scene/default_view.h"
 #include "scenes.h"
 
 #include <gtest/gtest.h>

@@ -2,16 +2,15 @@
 // the cost model as this machine measures it, next to the compiled-in value; then, for each scene
 // and technique, the predicted milliseconds and the measured ones: the frame with the technique
 // less the frame with environment maps, in turns, each the fastest of its rounds.
-#include "scene/default_view.h"
+#include "command_line.h"
 #include "plan/cost/cost.h"
 #include "predictions.h"
 #include "prices.h"
 #include "program.h"
 #include "room_scene.h"
+#include "scene/default_view.h"
 #include "scenes.h"
 #include "statistics.h"
-
-#include <CLI/CLI.hpp>
 
 #include <filesystem>
 
@@ -96,18 +95,18 @@ void measure(Renderer& renderer, Scene scene, const FrameRequest& shape, int rou
 }
 
 int run(int argc, char** argv) {
-    CLI::App app{"Prices of the cost model, measured"};
+    CommandLine line("Prices of the cost model, measured");
     std::vector<std::string> scenes;
     std::string preset = "standard";
     int width = 1280, height = 720, rounds = 7;
     bool constants = true;
-    app.add_option("scenes", scenes, "built-in ids, files, or room: a scene of this program");
-    app.add_option("--width", width);
-    app.add_option("--height", height);
-    app.add_option("--rounds", rounds, "frames per measurement; the fastest counts");
-    app.add_option("--accuracy", preset)->check(CLI::IsMember({"draft", "standard", "fine"}));
-    app.add_flag("--constants,!--no-constants", constants, "measure the constants");
-    CLI11_PARSE(app, argc, argv);
+    line.addList("scenes", scenes, "built-in ids, files, or room: a scene of this program");
+    line.add("--width", width);
+    line.add("--height", height);
+    line.add("--rounds", rounds, "frames per measurement; the fastest counts");
+    line.add("--accuracy", preset, "", {"draft", "standard", "fine"});
+    line.addFlag("--constants,!--no-constants", constants, "measure the constants");
+    if (const auto status = line.parse(argc, argv)) return *status;
 
     Renderer renderer{RendererOptions{}};
     std::printf("%s; %ld cores; load %.1f\n\n", renderer.identity().renderer.c_str(),

@@ -1,6 +1,7 @@
 // `bench_start CLERESTORY [FLAG...]`: time from the start of `clerestory serve` to the first frame
 // of the chapel over HTTP, repeated; and memory at that time. With --cold: first use, with empty
 // and with filled caches. Other flags are those of `serve`.
+#include "command_line.h"
 #include "program.h"
 #include "statistics.h"
 #include "tests/bench/cold_start.h"
@@ -9,8 +10,6 @@
 #include <httplib.h>
 #include <signal.h>
 #include <sys/wait.h>
-#include <CLI/CLI.hpp>
-
 #include <cstdio>
 #include <fstream>
 #include <string>
@@ -68,23 +67,18 @@ int runWarm(const std::vector<std::string>& command) {
 }
 
 int measure(int argc, char** argv) {
-    CLI::App app("Time from process start to the first frame");
-    app.allow_extras();  // for serve
+    CommandLine line("Time from process start to the first frame");
     ColdOptions options;
     bool cold = false;
-    app.add_option("program", options.program, "the program that is measured")->required();
-    app.add_flag("--cold", cold, "with empty caches, and with those that the first run filled");
-    app.add_option("--scenes", options.scenes, "built-in scenes, shared scenes or files, by commas")
-        ->delimiter(',');
-    app.add_option("--shared", options.shared, "folder of the shared scenes");
-    app.add_option("--runs", options.runs, "how often each row is measured; medians are printed")
-        ->check(CLI::Range(1, 100));
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error);
-    }
-    options.flags = app.remaining();
+    line.addRequired("program", options.program, "the program that is measured");
+    line.addFlag("--cold", cold, "with empty caches, and with those that the first run filled");
+    line.addList("--scenes", options.scenes, "built-in scenes, shared scenes or files, by commas",
+                 ',');
+    line.add("--shared", options.shared, "folder of the shared scenes");
+    line.add("--runs", options.runs, "how often each row is measured; medians are printed",
+             {1, 100});
+    // Other flags are those of serve.
+    if (const auto status = line.parse(argc, argv, &options.flags)) return *status;
     if (cold) return runCold(options);
     std::vector<std::string> command = {options.program};
     command.insert(command.end(), options.flags.begin(), options.flags.end());

@@ -1,14 +1,13 @@
 // `bench_throughput CLERESTORY [SCENE]`: frames per second of one client and of eight, with one
 // renderer and with several (`serve --renderers`), measured in turns; and whether all of them give
 // the same bytes. With --hits: the time of a frame that is answered from the frame cache.
+#include "command_line.h"
 #include "program.h"
 #include "statistics.h"
 #include "tests/bench/child_process.h"
 #include "tests/support/free_port.h"
 
 #include <httplib.h>
-#include <CLI/CLI.hpp>
-
 #include <atomic>
 #include <cstdio>
 #include <functional>
@@ -194,23 +193,20 @@ int measureHits(const Options& options) {
 }
 
 int measure(int argc, char** argv) {
-    CLI::App app("Frames per second of several clients; with --hits, the time of stored frames");
+    CommandLine line(
+        "Frames per second of several clients; with --hits, the time of stored frames");
     Options options;
-    app.add_option("program", options.program, "the program that is measured")->required();
-    app.add_option("scene", options.scene, "a built-in scene or a file");
-    app.add_flag("--hits", options.hits, "frames that are answered from the frame cache");
-    app.add_option("--width", options.width);
-    app.add_option("--height", options.height);
-    app.add_option("--accuracy", options.accuracy);
-    app.add_option("--renderers", options.renderers)->check(CLI::Range(2, 8));
-    app.add_option("--clients", options.clients)->check(CLI::Range(2, 64));
-    app.add_option("--rounds", options.rounds)->check(CLI::Range(1, 100));
-    app.add_option("--seconds", options.seconds, "of each measurement");
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        return app.exit(error);
-    }
+    line.addRequired("program", options.program, "the program that is measured");
+    line.add("scene", options.scene, "a built-in scene or a file");
+    line.addFlag("--hits", options.hits, "frames that are answered from the frame cache");
+    line.add("--width", options.width);
+    line.add("--height", options.height);
+    line.add("--accuracy", options.accuracy);
+    line.add("--renderers", options.renderers, "", {2, 8});
+    line.add("--clients", options.clients, "", {2, 64});
+    line.add("--rounds", options.rounds, "", {1, 100});
+    line.add("--seconds", options.seconds, "of each measurement");
+    if (const auto status = line.parse(argc, argv)) return *status;
     return options.hits ? measureHits(options) : measureThroughput(options);
 }
 

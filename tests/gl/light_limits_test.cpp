@@ -14,7 +14,7 @@ namespace {
 
 class LightLimits : public GlTest {};
 
-Material matte(float albedo, float emitted = 0.0f) {
+Material matteBothSides(float albedo, float emitted = 0.0f) {
     Material m;
     m.baseColor = glm::vec4(glm::vec3(albedo), 1.0f);
     m.metallic = 0.0f;
@@ -24,7 +24,7 @@ Material matte(float albedo, float emitted = 0.0f) {
 }
 
 // The frame with complete light. Its texels are finite and not negative.
-Image lit(FrameRequest r) {
+Image litFrame(FrameRequest r) {
     r.effects.indirectLight = r.effects.shadows = true;
     const LightState light = renderer().completeLight(r);
     EXPECT_TRUE(light.complete) << light.failure;
@@ -47,10 +47,11 @@ FrameRequest lookingDown(Scene scene, const char* id) {
 TEST_F(LightLimits, ExtremeRadianceStaysFinite) {
     for (const float emitted : {1e-30f, 1e4f, 6e4f}) {
         Scene scene;
-        place(scene, quad(2.0f, addMaterial(scene, matte(1.0f))));
-        place(scene, quad(0.5f, addMaterial(scene, matte(1.0f, emitted))), moved(0.0, 0.0, 0.5));
+        place(scene, quad(2.0f, addMaterial(scene, matteBothSides(1.0f))));
+        place(scene, quad(0.5f, addMaterial(scene, matteBothSides(1.0f, emitted))),
+              moved(0.0, 0.0, 0.5));
         addLight(scene, {.intensity = glm::vec3(6e4f)}, moved(1.0, 0.0, 0.5));
-        const glm::vec3 onFloor = color(lit(lookingDown(std::move(scene), "extreme")), 8, 32);
+        const glm::vec3 onFloor = color(litFrame(lookingDown(std::move(scene), "extreme")), 8, 32);
         EXPECT_TRUE(std::isfinite(onFloor.x));
         EXPECT_GT(onFloor.x, 0.0f);
     }
@@ -60,7 +61,7 @@ TEST_F(LightLimits, ExtremeRadianceStaysFinite) {
 // what an undisturbed floor shows by no more than its noise.
 TEST_F(LightLimits, BrokenGeometryDoesNotDisturbItsNeighbours) {
     Scene scene;
-    const Index grey = addMaterial(scene, matte(0.5f));
+    const Index grey = addMaterial(scene, matteBothSides(0.5f));
     place(scene, quad(2.0f, grey));
     place(scene, quad(2.0f, grey));  // again
     MeshDraft broken = quad(1.0f, grey);
@@ -73,7 +74,7 @@ TEST_F(LightLimits, BrokenGeometryDoesNotDisturbItsNeighbours) {
     const glm::dmat4 upright =
         glm::rotate(glm::dmat4(1.0), 1.5707963267948966, glm::dvec3(0.0, 1.0, 0.0));
     place(scene, quad(0.1f, grey), glm::translate(glm::dmat4(1.0), {1.8, 1.8, 0.0}) * upright);
-    const Image image = lit(lookingDown(std::move(scene), "broken"));
+    const Image image = litFrame(lookingDown(std::move(scene), "broken"));
     // An open floor of albedo 0.5 under a white sky.
     EXPECT_NEAR(centerColor(image).x, 0.5f, 0.03f);
 }
@@ -85,7 +86,7 @@ TEST_F(LightLimits, AMillionTrianglesAreComputedCoarsely) {
     Scene scene;
     MeshDraft grid;
     grid.name = "grid";
-    grid.material = addMaterial(scene, matte(0.5f));
+    grid.material = addMaterial(scene, matteBothSides(0.5f));
     grid.hasNormals = grid.hasTexCoords = true;
     for (std::uint32_t y = 0; y <= kEdge; ++y) {
         for (std::uint32_t x = 0; x <= kEdge; ++x) {
@@ -99,10 +100,10 @@ TEST_F(LightLimits, AMillionTrianglesAreComputedCoarsely) {
     }
     place(scene, std::move(grid));
     // Hides the sky from what is right below it.
-    place(scene, quad(0.5f, addMaterial(scene, matte(0.0f))), moved(0.0, 0.0, 0.1));
+    place(scene, quad(0.5f, addMaterial(scene, matteBothSides(0.0f))), moved(0.0, 0.0, 0.1));
     FrameRequest r = lookingDown(std::move(scene), "million");
     const auto began = std::chrono::steady_clock::now();
-    const Image image = lit(r);
+    const Image image = litFrame(r);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - began;
     std::printf("light of a million triangles: %.1f s\n", seconds.count());
     EXPECT_NEAR(color(image, 4, 4).x, 0.5f, 0.03f);

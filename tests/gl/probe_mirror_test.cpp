@@ -40,7 +40,7 @@ Scene surroundings(const Wall& wall, const Material& mirror) {
     return scene;
 }
 
-Material silver() {
+Material flatSilver() {
     Material m = mirrorMetal();
     m.reflection = Reflection::mirror;
     return m;
@@ -98,10 +98,10 @@ class MirrorInProbe : public GlTest, public ::testing::WithParamInterface<bool> 
 
 TEST_P(MirrorInProbe, EqualsAnOrdinaryCamera) {
     const Wall wall = wallOf(GetParam());
-    const SixPictures around(cameraIn(surroundings(wall, silver()), "around"), kCenter);
+    const SixPictures around(cameraIn(surroundings(wall, flatSilver()), "around"), kCenter);
 
-    Scene scene = surroundings(wall, silver());
-    place(scene, sphere(float(kBall), 96, addMaterial(scene, silver())),
+    Scene scene = surroundings(wall, flatSilver());
+    place(scene, sphere(float(kBall), 96, addMaterial(scene, flatSilver())),
           glm::translate(glm::dmat4(1.0), kCenter));
     FrameRequest r = cameraIn(std::move(scene), "ball");
     r.camera.target = kCenter;
@@ -111,7 +111,7 @@ TEST_P(MirrorInProbe, EqualsAnOrdinaryCamera) {
     EXPECT_EQ(ball.off, 0) << "of " << ball.pixels;
 
     // The mirror does show something: without mirrored views the pictures are other ones.
-    FrameRequest plain = cameraIn(surroundings(wall, silver()), "plain");
+    FrameRequest plain = cameraIn(surroundings(wall, flatSilver()), "plain");
     plain.effects.planarReflection = false;
     const Compared without = compareBall(r, wall, SixPictures(plain, kCenter));
     EXPECT_GT(without.off, without.pixels / 2);
@@ -127,8 +127,8 @@ TEST_F(MirrorsInProbes, AreDrawnOncePerFaceThatSeesTheirFront) {
     for (const bool behind : {false, true}) {
         Wall wall = wallOf(true);
         if (behind) wall.worldFromMirror[3][1] += 2.0 * kMirrorAt;  // above the ball, facing up
-        Scene scene = surroundings(wall, silver());
-        place(scene, sphere(float(kBall), 32, addMaterial(scene, silver())),
+        Scene scene = surroundings(wall, flatSilver());
+        place(scene, sphere(float(kBall), 32, addMaterial(scene, flatSilver())),
               glm::translate(glm::dmat4(1.0), kCenter));
         FrameRequest r = cameraIn(std::move(scene), behind ? "behind" : "before");
         r.camera.position = kCenter + glm::dvec3(0, 0.02, 0.09);

@@ -6,14 +6,13 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <string>
 
 using namespace clerestory;
 using namespace clerestory::test;
 
 namespace {
-
-constexpr double kPi = 3.14159265358979;
 
 class SoftShadows : public GlTest {};
 
@@ -51,7 +50,7 @@ FrameRequest edgeOverWall(Light light, double size = 1.0) {
 // Of a disc of radius 1, the area right of a line at c.
 double shareRightOf(double c) {
     c = std::clamp(c, -1.0, 1.0);
-    return (std::acos(c) - c * std::sqrt(1.0 - c * c)) / kPi;
+    return (std::acos(c) - c * std::sqrt(1.0 - c * c)) / std::numbers::pi;
 }
 
 struct Deviation {

@@ -4,13 +4,12 @@
 
 #include <cmath>
 #include <cstring>
+#include <numbers>
 
 using namespace clerestory;
 using namespace clerestory::test;
 
 namespace {
-
-constexpr double kPi = 3.14159265358979;
 
 class LightBetweenSurfaces : public GlTest {};
 
@@ -42,11 +41,11 @@ void placeRoom(Scene& scene, Index material) {
 }
 
 glm::dmat4 facingUp() {
-    return glm::rotate(glm::dmat4(1.0), -0.5 * kPi, glm::dvec3(1.0, 0.0, 0.0));
+    return glm::rotate(glm::dmat4(1.0), -0.5 * std::numbers::pi, glm::dvec3(1.0, 0.0, 0.0));
 }
 glm::dmat4 facingDown(double height) {
     return glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, height, 0.0)) *
-           glm::rotate(glm::dmat4(1.0), 0.5 * kPi, glm::dvec3(1.0, 0.0, 0.0));
+           glm::rotate(glm::dmat4(1.0), 0.5 * std::numbers::pi, glm::dvec3(1.0, 0.0, 0.0));
 }
 
 // The request with the light of surfaces, complete.
@@ -129,7 +128,7 @@ TEST_F(LightBetweenSurfaces, ARectangularLampLightsTheFloorAsItsFormFactor) {
         const FrameRequest r =
             lit(lookingAt(request(std::move(scene), "lamp"), {2.0, 0.3, 0.0}, {0.0, 0.0, 0.0}));
         const double a = 0.5 / height, root = std::sqrt(1.0 + a * a);
-        const double factor = 4.0 / (2.0 * kPi) * 2.0 * a / root * std::atan(a / root);
+        const double factor = 4.0 / (2.0 * std::numbers::pi) * 2.0 * a / root * std::atan(a / root);
         const double expected = 0.5 * 4.0 * factor;
         EXPECT_NEAR(centerColor(renderer().render(r).image).x, expected, 0.04 * expected) << height;
     }
@@ -147,7 +146,7 @@ TEST_F(LightBetweenSurfaces, AWallHidesHalfOfTheSky) {
     const double open = centerColor(renderer().render(r).image).x;
     // A rectangle of half width 4 and height 8 that stands upright at 0.25 (Howell, B-4, twice).
     const double x = 8.0 / 4.0, y = 0.25 / 4.0;
-    const double hidden = 2.0 / (2.0 * kPi) *
+    const double hidden = 2.0 / (2.0 * std::numbers::pi) *
                           (std::atan(1.0 / y) - y / std::sqrt(x * x + y * y) *
                                                     std::atan(1.0 / std::sqrt(x * x + y * y)));
     EXPECT_NEAR(centerColor(renderer().render(lit(r)).image).x / open, 1.0 - hidden, 0.03);
@@ -407,7 +406,7 @@ TEST_F(LightBetweenSurfaces, TheFirstFrameShowsTheOpenEnvironment) {
     place(scene, sphere(0.5f, 48, addMaterial(scene, matte(0.8f))), moved(-0.6, 0.0, 0.0));
     const Index back = addMaterial(scene, sheet);
     place(scene, quad(0.5f, back),
-          glm::rotate(moved(0.6, 0.0, 0.0), kPi, glm::dvec3(0.3, 1.0, 0.0)));
+          glm::rotate(moved(0.6, 0.0, 0.0), std::numbers::pi, glm::dvec3(0.3, 1.0, 0.0)));
     FrameRequest r = request(std::move(scene), "open first");
     r.environment.map = "dusk";
     const Image off = renderer().render(r).image;

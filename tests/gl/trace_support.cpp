@@ -5,6 +5,7 @@
 #include "gl/pipeline.h"
 #include "passes/shader_library.h"
 
+#include <algorithm>
 #include <chrono>
 
 namespace clerestory::test {
@@ -46,6 +47,11 @@ int numberOf(Channel channel) {
 }
 
 }  // namespace
+
+bool tracesAnything(const FramePlan& plan) {
+    return std::any_of(plan.passes.begin(), plan.passes.end(),
+                       [](const Pass& pass) { return followsRays(pass); });
+}
 
 PlanRunner& workbench() {
     static PlanRunner instance;

@@ -40,6 +40,9 @@ private:
     EnvironmentMap environment_;
 };
 
+// Whether a pass of the plan follows rays.
+bool tracesAnything(const FramePlan& plan);
+
 // One for all tests of a program.
 PlanRunner& workbench();
 

@@ -9,7 +9,7 @@ using namespace clerestory::test;
 
 namespace {
 
-FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target, double yfov) {
+FrameRequest glassShot(const glm::dvec3& eye, const glm::dvec3& target, double yfov) {
     FrameRequest r;
     r.effects.shadows = r.effects.indirectLight = false;
     r.width = r.height = 96;
@@ -40,7 +40,7 @@ TEST(TracedGlass, ThinShellsAreTwoPanesUpToTheRim) {
         Material thin = clearGlass(ior);
         thin.doubleSided = true;
         place(scene, sphere(1.0f, 96, addMaterial(scene, thin)));
-        const FrameRequest r = shot({0, 0, 10}, {0, 0, 0}, 0.21);
+        const FrameRequest r = glassShot({0, 0, 10}, {0, 0, 0}, 0.21);
         const Image image = picture(std::move(scene), r);
         int compared = 0, beyondCritical = 0;
         for (std::uint32_t y = 0; y < r.height; ++y) {
@@ -89,7 +89,7 @@ TEST(TracedGlass, InAClosedRoomShowsNoSky) {
         const Index m = addMaterial(scene, glass);
         if (ball) place(scene, sphere(1.0f, 48, m));
         if (!ball) place(scene, cube(0.9f, m), glm::rotate(tilted(0, 30), 0.5, {1, 0, 0}));
-        FrameRequest r = shot({0.3, 0.4, 4}, {0, 0, 0}, 0.6);
+        FrameRequest r = glassShot({0.3, 0.4, 4}, {0, 0, 0}, 0.6);
         r.accuracy.bounces = 16;
         const Image image = picture(std::move(scene), r);
         for (std::uint32_t y = 0; y < r.height; ++y) {
@@ -126,7 +126,7 @@ TEST(TracedGlass, ThicknessTexturesApplyInReflections) {
     turned[0][0] = turned[2][2] = -1.0;
     place(withMirror, quad(0.9f, addMaterial(withMirror, mirrorMetal())), turned);
 
-    FrameRequest direct = shot({0, 0, 2}, {0, 0, -0.5}, 0.9);
+    FrameRequest direct = glassShot({0, 0, 2}, {0, 0, -0.5}, 0.9);
     PlanRunner& bench = workbench();
     bench.show(std::move(scene));
     for (const GlassMethod method : {GlassMethod::backdrop, GlassMethod::traced}) {
@@ -144,7 +144,7 @@ TEST(TracedGlass, ThicknessTexturesApplyInReflections) {
         }
     }
     bench.show(std::move(withMirror));
-    FrameRequest mirrored = shot({0, 0, 2}, {0.1, 0.05, 3.2}, 0.9);
+    FrameRequest mirrored = glassShot({0, 0, 2}, {0.1, 0.05, 3.2}, 0.9);
     mirrored.output.format = OutputFormat::png;
     mirrored.accuracy.glass = GlassMethod::backdrop;
     mirrored.accuracy.generations = 1;

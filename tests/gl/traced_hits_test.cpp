@@ -243,7 +243,7 @@ Scene things(const HitCase& c, const glm::dmat4& world) {
     return scene;
 }
 
-FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target) {
+FrameRequest mirrorShot(const glm::dvec3& eye, const glm::dvec3& target) {
     FrameRequest r;
     r.effects.shadows = r.effects.indirectLight = false;
     r.width = r.height = 160;
@@ -260,11 +260,6 @@ FrameRequest shot(const glm::dvec3& eye, const glm::dvec3& target) {
     return r;
 }
 
-bool tracesAnything(const FramePlan& plan) {
-    return std::any_of(plan.passes.begin(), plan.passes.end(),
-                       [](const Pass& pass) { return followsRays(pass); });
-}
-
 void expectTheSameInDrawnAndTracedMirrors(const HitCase& c) {
     // Behind the eye, turned towards the mirror before it.
     Scene scene = things(c, glm::dmat4(1.0));
@@ -274,7 +269,7 @@ void expectTheSameInDrawnAndTracedMirrors(const HitCase& c) {
     place(scene, quad(0.9f, addMaterial(scene, perfect)), turned);
     PlanRunner& bench = workbench();
     bench.show(std::move(scene));
-    FrameRequest r = shot({0, 0, 2}, {0.1, 0.05, 3.2});
+    FrameRequest r = mirrorShot({0, 0, 2}, {0.1, 0.05, 3.2});
     r.accuracy.planar = PlanarMethod::mirror;
     const FramePlan drawn = bench.plan(r);
     EXPECT_FALSE(tracesAnything(drawn)) << toText(drawn);
@@ -294,7 +289,7 @@ TEST_P(TracedHits, LookEqualInTracedAndDrawnMirrors) {
 }
 
 TEST_P(TracedHits, AreUnchangedBehindIndexOneGlass) {
-    const FrameRequest r = shot({0, 0, 2.5}, {0, 0, 0});
+    const FrameRequest r = mirrorShot({0, 0, 2.5}, {0, 0, 0});
     PlanRunner& bench = workbench();
     bench.show(things(GetParam(), glm::dmat4(1.0)));
     const Image expected = bench.run(bench.plan(r));
@@ -347,7 +342,7 @@ TEST(TracedGlass, ASheetWithThicknessIsAPane) {
         place(scene, quad(0.9f, addMaterial(scene, mirrorMetal())), turned);
         PlanRunner& bench = workbench();
         bench.show(std::move(scene));
-        FrameRequest r = shot({0, 0, 2}, {0.1, 0.05, 3.2});
+        FrameRequest r = mirrorShot({0, 0, 2}, {0.1, 0.05, 3.2});
         r.accuracy.planar = PlanarMethod::traced;
         return bench.run(bench.plan(r));
     };

@@ -46,13 +46,6 @@ Scene ballScene(Material material, std::uint32_t rows = 48) {
     return scene;
 }
 
-bool tracesAnything(const FramePlan& plan) {
-    for (const Pass& pass : plan.passes) {
-        if (followsRays(pass)) return true;
-    }
-    return false;
-}
-
 void expectUniform(const Image& image, float value, float bound) {
     for (std::uint32_t y = 0; y < image.height; ++y) {
         for (std::uint32_t x = 0; x < image.width; ++x) {

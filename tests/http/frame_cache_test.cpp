@@ -23,12 +23,6 @@ Config cacheConfig(std::size_t bytes = 64 << 20) {
     return config;
 }
 
-std::uint64_t framesDrawn(TestServer& server) {
-    std::promise<std::uint64_t> frames;
-    server.backend().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
-    return frames.get_future().get();
-}
-
 httplib::Result postWith(httplib::Client& client, const httplib::Headers& headers,
                          const std::string& body) {
     return client.Post("/v1/frames", headers, body, "application/json");
@@ -75,7 +69,7 @@ TEST(FrameCache, AnEqualRequestGetsTheSameAnswerWithoutDrawing) {
         EXPECT_EQ(again->get_header_value(name), drawn->get_header_value(name)) << name;
     }
     EXPECT_NE(again->get_header_value("X-Request-Id"), drawn->get_header_value("X-Request-Id"));
-    EXPECT_EQ(framesDrawn(server), 1u);
+    EXPECT_EQ(server.framesDrawn(), 1u);
     EXPECT_EQ(events(client, "hit"), 1.0);
     EXPECT_EQ(events(client, "miss"), 1.0);
     EXPECT_EQ(metric(client, "clerestory_frame_cache_entries"), 1.0);
@@ -104,7 +98,7 @@ TEST(FrameCache, EqualFormsOfARequestShareAnEntry) {
     EXPECT_TRUE(isHit(client.Get("/v1/frames?scene=six-walls&width=64&height=48" + kPlainLink)));
     EXPECT_TRUE(isHit(client.Get("/v1/frames?height=48&width=64&explain=0" + kPlainLink)));
     EXPECT_TRUE(isHit(postWith(client, {{"Accept", "image/jpeg"}}, smallFrame())));
-    EXPECT_EQ(framesDrawn(server), 1u);
+    EXPECT_EQ(server.framesDrawn(), 1u);
 }
 
 TEST(FrameCache, EveryFieldBelongsToTheKey) {
@@ -156,7 +150,7 @@ TEST(FrameCache, ZeroBytesSwitchItOff) {
     auto client = server.client();
     EXPECT_FALSE(isHit(postJson(client, "/v1/frames", smallFrame())));
     EXPECT_FALSE(isHit(postJson(client, "/v1/frames", smallFrame())));
-    EXPECT_EQ(framesDrawn(server), 2u);
+    EXPECT_EQ(server.framesDrawn(), 2u);
     EXPECT_EQ(metric(client, "clerestory_frame_cache_entries"), 0.0);
     EXPECT_EQ(events(client, "miss"), 0.0);
     const json limits = json::parse(client.Get("/v1/renderer")->body)["limits"];
@@ -203,7 +197,7 @@ TEST(FrameCache, NoCacheDrawsAgainAndNoStoreKeepsNothing) {
     const auto renewed =
         postWith(client, {{"Cache-Control", "max-age=0,  No-Cache"}}, smallFrame());
     EXPECT_FALSE(isHit(renewed));
-    EXPECT_EQ(framesDrawn(server), 3u);
+    EXPECT_EQ(server.framesDrawn(), 3u);
     const auto hit = postJson(client, "/v1/frames", smallFrame());
     EXPECT_TRUE(isHit(hit));
     EXPECT_EQ(hit->get_header_value("Server-Timing"), renewed->get_header_value("Server-Timing"))
@@ -222,7 +216,7 @@ TEST(FrameCache, ExplainedFramesAndBudgetsAreDrawnEachTime) {
             EXPECT_FALSE(isHit(postJson(client, path, smallFrame()))) << words;
         }
     }
-    EXPECT_EQ(framesDrawn(server), 7u);
+    EXPECT_EQ(server.framesDrawn(), 7u);
     const std::string budget = smallFrame(R"("accuracy": {"maxMilliseconds": 1000})");
     auto result = postJson(client, "/v1/frames", budget);
     for (int i = 0; i < 600 && result->status == 409; ++i) {  // its curve is measured
@@ -315,7 +309,7 @@ TEST(FrameCache, SequencesDrawTheirFrames) {
                                       frames.dump(), "application/json");
     ASSERT_EQ(sequence->status, 200);
     EXPECT_THAT(sequence->body, HasSubstr(drawn->body));
-    EXPECT_EQ(framesDrawn(server), 3u);
+    EXPECT_EQ(server.framesDrawn(), 3u);
 }
 
 TEST(FrameCache, ConcurrentRequestsGetEqualBytes) {

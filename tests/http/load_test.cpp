@@ -128,18 +128,12 @@ TEST(Load, AFramePastItsDeadlineIsNotDrawn) {
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
 }
 
-std::uint64_t framesDrawn(TestServer& server) {
-    std::promise<std::uint64_t> frames;
-    server.backend().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
-    return frames.get_future().get();
-}
-
 // C2 of the failure catalogue.
 TEST(Load, FramesOfDisconnectedClientsAreNotDrawn) {
     TestServer server;
     auto client = server.client();
     ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
-    const std::uint64_t before = framesDrawn(server);
+    const std::uint64_t before = server.framesDrawn();
     auto hold = server.holdRenderer();
     std::vector<RawClient> clients;
     for (int i = 0; i < 6; ++i) {
@@ -157,7 +151,7 @@ TEST(Load, FramesOfDisconnectedClientsAreNotDrawn) {
         EXPECT_EQ(statusOf(clients[static_cast<std::size_t>(i)].answer(60)), 200);
     }
     EXPECT_EQ(statusOf(clients[2].answer(60)), 503) << "a half-closed client receives the status";
-    EXPECT_EQ(framesDrawn(server), before + 2);
+    EXPECT_EQ(server.framesDrawn(), before + 2);
     EXPECT_THAT(client.Get("/metrics")->body,
                 testing::HasSubstr("clerestory_refusals_total{reason=\"clientLeft\"} 4"));
 }
@@ -185,13 +179,13 @@ TEST(Load, AFrameOfADisconnectedClientMakesWayForTheNext) {
     // The frame may be complete before its client leaves: then another one is drawn.
     bool ended = false;
     while (!ended && attempt < 50) {
-        const std::uint64_t before = framesDrawn(server);
+        const std::uint64_t before = server.framesDrawn();
         RawClient leaves(server.server().port());
         leaves.send(post("/v1/frames", large()));
-        ASSERT_TRUE(soon([&] { return isWorking() || framesDrawn(server) > before; }));
+        ASSERT_TRUE(soon([&] { return isWorking() || server.framesDrawn() > before; }));
         leaves.halfClose();
         ASSERT_EQ(postJson(client, "/v1/frames", pose(attempt))->status, 200);
-        ended = framesDrawn(server) == before + 1;
+        ended = server.framesDrawn() == before + 1;
         EXPECT_EQ(statusOf(leaves.answer(60)), ended ? 503 : 200);
     }
     EXPECT_TRUE(ended);
@@ -201,14 +195,14 @@ TEST(Load, AClientMaySetADeadline) {
     TestServer server;
     auto client = server.client();
     ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
-    const std::uint64_t before = framesDrawn(server);
+    const std::uint64_t before = server.framesDrawn();
     {
         auto hold = server.holdRenderer();
         const httplib::Headers soonEnough = {{"Clerestory-Deadline", "300"}};
         problemOf(client.Post("/v1/frames", soonEnough, smallFrame(), "application/json"), 504);
         EXPECT_EQ(server.backend().queue().depth(), 0u) << "the queue is empty";
     }
-    EXPECT_EQ(framesDrawn(server), before);
+    EXPECT_EQ(server.framesDrawn(), before);
     for (const char* wrong : {"soon", "-1", "0", "1.5", "99999999999999999999"}) {
         const httplib::Headers headers = {{"Clerestory-Deadline", wrong}};
         problemOf(client.Post("/v1/frames", headers, smallFrame(), "application/json"), 400);
@@ -285,11 +279,11 @@ TEST(Load, AFrameThatCannotMeetItsDeadlineIsRefusedBeforeItIsDrawn) {
     if (milliseconds < 100) GTEST_SKIP() << "drawn in " << milliseconds << " ms";
     const httplib::Headers deadline = {
         {"Clerestory-Deadline", std::to_string(milliseconds / 5 + 10)}};
-    const std::uint64_t before = framesDrawn(server);
+    const std::uint64_t before = server.framesDrawn();
     const json problem =
         problemOf(client.Post("/v1/frames", deadline, large, "application/json"), 504);
     EXPECT_THAT(problem.at("detail").get<std::string>(), testing::HasSubstr("at least"));
-    EXPECT_EQ(framesDrawn(server), before);
+    EXPECT_EQ(server.framesDrawn(), before);
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
 }
 

@@ -1,5 +1,6 @@
 #include "tests/support/attacks.h"
 
+#include "tests/support/clock.h"
 #include "tests/support/raw_client.h"
 
 #include <poll.h>
@@ -15,12 +16,6 @@
 
 namespace clerestory::test {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::string text(const char* format, double value) {
     char buffer[64];
@@ -137,8 +132,7 @@ Figure slowReaders(const Target& target, int count) {
                       std::to_string(statusOf(frame)) + "; refused " + std::to_string(refused) +
                       ", closed " + std::to_string(closed),
             .bar = "others answered; one client's share at most, closed at the write limit",
-            .held = worst >= 0 && statusOf(frame) == 200 && closed > 0 &&
-                    closed + refused == count,
+            .held = worst >= 0 && statusOf(frame) == 200 && closed > 0 && closed + refused == count,
             .timely = worst < 1000.0};
 }
 

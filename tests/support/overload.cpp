@@ -1,6 +1,7 @@
 #include "tests/support/overload.h"
 
 #include "measures/percentile.h"
+#include "tests/support/clock.h"
 #include "tests/support/raw_client.h"
 
 #include <poll.h>
@@ -21,12 +22,6 @@
 
 namespace clerestory::test {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // A request that is under way.
 struct PendingRequest {

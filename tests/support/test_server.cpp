@@ -66,6 +66,12 @@ void TestServer::awaitReady() {
     }
 }
 
+std::uint64_t TestServer::framesDrawn() {
+    std::promise<std::uint64_t> frames;
+    backend().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
+    return frames.get_future().get();
+}
+
 std::shared_ptr<void> TestServer::holdRenderer() {
     auto released = std::make_shared<std::promise<void>>();
     auto held = std::make_shared<std::promise<void>>();

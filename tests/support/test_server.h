@@ -39,6 +39,9 @@ public:
     // Returns when the default scene's shaders are compiled.
     void awaitReady();
 
+    // Since the renderer was made.
+    std::uint64_t framesDrawn();
+
     // Keeps the OpenGL thread busy until the returned object goes.
     std::shared_ptr<void> holdRenderer();
 

@@ -77,7 +77,7 @@ void addNoise(MeshDraft& draft, double amount) {
     }
 }
 
-Scene sceneOf(MeshDraft draft) {
+Scene sceneWith(MeshDraft draft) {
     Scene scene;
     scene.materials.emplace_back();
     addMesh(scene, std::move(draft));
@@ -113,7 +113,7 @@ TEST_P(Flatness, IsDetectedAtAnyScaleAndOrientation) {
                                                               normal(engine))));
             }
             transform(draft, m);
-            EXPECT_EQ(isPlanar(sceneOf(draft)), GetParam().planar)
+            EXPECT_EQ(isPlanar(sceneWith(draft)), GetParam().planar)
                 << "scale 1e" << exponent << ", turn " << turn;
         }
     }
@@ -172,7 +172,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& row) { return row.param.name; });
 
 TEST(FlatParts, AFoldHasTwoParts) {
-    const Scene scene = sceneOf(sheet(40, [](double x, double) { return x > 0.0 ? x : 0.0; }));
+    const Scene scene = sceneWith(sheet(40, [](double x, double) { return x > 0.0 ? x : 0.0; }));
     ASSERT_EQ(scene.flatParts.size(), 2u);
     EXPECT_NEAR(glm::dot(scene.flatParts[0].normal, scene.flatParts[1].normal), std::sqrt(0.5),
                 1e-7);
@@ -218,7 +218,7 @@ TEST(FlatParts, NormalsComeFromTrianglesNotVertices) {  // P5
     for (Vertex& v : smoothed.vertices) v.normal = glm::normalize(v.position);  // 55 degrees off
     for (Vertex& v : bad.vertices) v.normal = glm::vec3(NAN);
     for (const MeshDraft& draft : {box(false), smoothed, absent, bad}) {
-        const Scene scene = sceneOf(draft);
+        const Scene scene = sceneWith(draft);
         ASSERT_EQ(scene.flatParts.size(), 6u);
         std::set<std::array<double, 3>> normals;
         for (const FlatPart& p : scene.flatParts) {
@@ -232,7 +232,7 @@ TEST(FlatParts, NormalsComeFromTrianglesNotVertices) {  // P5
     MeshDraft tilted = flatSheet(1);
     tilted.hasNormals = true;
     for (Vertex& v : tilted.vertices) v.normal = glm::normalize(glm::vec3(1, 0, 1));
-    EXPECT_EQ(sceneOf(tilted).flatParts.at(0).normal, glm::dvec3(0, 0, 1));
+    EXPECT_EQ(sceneWith(tilted).flatParts.at(0).normal, glm::dvec3(0, 0, 1));
 }
 
 TEST(FlatParts, WindingDefinesTheFront) {
@@ -240,13 +240,13 @@ TEST(FlatParts, WindingDefinesTheFront) {
     for (std::size_t i = 0; i < turned.indices.size(); i += 3) {
         std::swap(turned.indices[i], turned.indices[i + 1]);
     }
-    EXPECT_EQ(sceneOf(flatSheet(3)).flatParts.at(0).normal.z, 1.0);
-    EXPECT_EQ(sceneOf(turned).flatParts.at(0).normal.z, -1.0);
+    EXPECT_EQ(sceneWith(flatSheet(3)).flatParts.at(0).normal.z, 1.0);
+    EXPECT_EQ(sceneWith(turned).flatParts.at(0).normal.z, -1.0);
 }
 
 TEST(FlatParts, CurvedMeshesHaveNone) {
-    EXPECT_THAT(sceneOf(ball(1.0, 6)).flatParts, testing::IsEmpty());
-    EXPECT_THAT(sceneOf(ball(1.0, 40)).flatParts, testing::IsEmpty());
+    EXPECT_THAT(sceneWith(ball(1.0, 6)).flatParts, testing::IsEmpty());
+    EXPECT_THAT(sceneWith(ball(1.0, 40)).flatParts, testing::IsEmpty());
 }
 
 TEST(FlatParts, LieInOnePlaneWithoutTouching) {  // three panes in one wall
@@ -258,7 +258,7 @@ TEST(FlatParts, LieInOnePlaneWithoutTouching) {  // three panes in one wall
         panes.vertices.insert(panes.vertices.end(), one.vertices.begin(), one.vertices.end());
         for (const std::uint32_t i : one.indices) panes.indices.push_back(first + i);
     }
-    const Scene scene = sceneOf(panes);
+    const Scene scene = sceneWith(panes);
     ASSERT_EQ(scene.flatParts.size(), 1u);
     EXPECT_NEAR(scene.flatParts[0].area, 12.0, 1e-9);
     EXPECT_NEAR(scene.flatParts[0].offset, -2.0, 1e-9);
@@ -273,7 +273,7 @@ TEST(FlatParts, CloseParallelSheetsAreSeparate) {
         draft.vertices.insert(draft.vertices.end(), other.vertices.begin(), other.vertices.end());
         for (const std::uint32_t i : other.indices) draft.indices.push_back(first + i);
     }
-    const Scene scene = sceneOf(draft);
+    const Scene scene = sceneWith(draft);
     std::multiset<double> offsets;
     for (const FlatPart& p : scene.flatParts) {
         offsets.insert(std::round(-p.offset * 1e6) / 1e6);
@@ -286,7 +286,7 @@ TEST(FlatParts, ContainExactlyTheirTriangles) {  // a floor round a bumpy hill
     MeshDraft draft = sheet(80, [](double x, double y) {
         return x * x + y * y < 0.5 ? 0.3 + 0.1 * std::cos(9 * x) * std::sin(8 * y) : 0.0;
     });
-    const Scene scene = sceneOf(draft);
+    const Scene scene = sceneWith(draft);
     ASSERT_EQ(scene.flatParts.size(), 1u);
     const FlatPart& part = scene.flatParts[0];
     const Mesh& mesh = scene.meshes[0];
@@ -319,7 +319,7 @@ TEST(FlatParts, TheTwelveLargestAreKept) {
         draft.vertices.insert(draft.vertices.end(), step.vertices.begin(), step.vertices.end());
         for (const std::uint32_t i : step.indices) draft.indices.push_back(first + i);
     }
-    const Scene scene = sceneOf(draft);
+    const Scene scene = sceneWith(draft);
     ASSERT_EQ(scene.flatParts.size(), 12u);
     for (int k = 0; k < 12; ++k) {
         const double size = 1.0 - 0.03 * k;

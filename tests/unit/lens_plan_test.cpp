@@ -18,8 +18,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-constexpr double kPi = std::numbers::pi;
-
 FrameRequest withLens(FrameRequest request, LensRequest lens) {
     request.camera.lens = std::move(lens);
     return request;
@@ -49,10 +47,10 @@ TEST(LensTiles, OnlyFacesThatTheLensShowsAreDrawn) {
                 UnorderedElementsAre("front", "left", "right", "back", "up", "down"));
     EXPECT_THAT(namesOf(tiles(FisheyeLens{}, 320, 240)),
                 UnorderedElementsAre("front", "left", "right", "up", "down"));
-    EXPECT_THAT(namesOf(tiles(FisheyeLens{2.0 * kPi}, 320, 240)),
+    EXPECT_THAT(namesOf(tiles(FisheyeLens{2.0 * std::numbers::pi}, 320, 240)),
                 UnorderedElementsAre("front", "left", "right", "up", "down", "back"));
     // A strip around the horizon.
-    EXPECT_THAT(namesOf(tiles(EquirectangularLens{2.0 * kPi, 0.8}, 320, 60)),
+    EXPECT_THAT(namesOf(tiles(EquirectangularLens{2.0 * std::numbers::pi, 0.8}, 320, 60)),
                 UnorderedElementsAre("front", "left", "right", "back"));
     EXPECT_THAT(namesOf(tiles(EquirectangularLens{3.0, 0.8}, 320, 60)),
                 UnorderedElementsAre("front", "left", "right"));
@@ -131,7 +129,8 @@ TEST(LensTiles, EveryPixelReadsAViewThatShowsIt) {
             check(EquirectangularLens{1.0, 3.0});
             check(CubeLens{});
             check(CubeLens{CubeLayout::cross});
-            for (const double fov : {0.1, 1.5, 1.58, 1.7, 2.0, 3.0, kPi, 4.0, 5.5, 6.28}) {
+            for (const double fov :
+                 {0.1, 1.5, 1.58, 1.7, 2.0, 3.0, std::numbers::pi, 4.0, 5.5, 6.28}) {
                 check(FisheyeLens{fov});
             }
             check(FisheyeLens{.k1 = 0.05, .k2 = -0.001}, centred(0.3 * width, width, height));
@@ -144,7 +143,8 @@ TEST(LensTiles, EveryPixelReadsAViewThatShowsIt) {
 
 TEST(LensTiles, RandomLensesShowEveryPixel) {
     std::mt19937 random(17);
-    std::uniform_real_distribution<double> k(-0.1, 0.1), fov(0.05, 2.0 * kPi), focal(0.15, 3.0);
+    std::uniform_real_distribution<double> k(-0.1, 0.1), fov(0.05, 2.0 * std::numbers::pi),
+        focal(0.15, 3.0);
     int accepted = 0;
     for (int i = 0; i < 60; ++i) {
         const std::uint32_t width = 1 + random() % 120, height = 1 + random() % 120;
@@ -177,7 +177,7 @@ TEST(LensTiles, NoPixelIsFinerThanTheTexelsThatItReads) {
     for (const Lens& lens :
          {lensFor(FisheyeLens{}, {}, 200, 150), lensFor(FisheyeLens{1.4}, {}, 200, 150),
           lensFor(PerspectiveLens{.k1 = -0.25, .k2 = 0.05}, centred(150, 200, 150), 200, 150),
-          lensFor(EquirectangularLens{2.0 * kPi, 0.5}, {}, 200, 30),
+          lensFor(EquirectangularLens{2.0 * std::numbers::pi, 0.5}, {}, 200, 30),
           lensFor(CubeLens{}, {}, 150, 100)}) {
         const auto tiles = tilesOf(lens);
         for (const TileLookups& tile : lookupsOf(lens, tiles, false)) {

@@ -15,8 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kHalfCircle = kPi;
+constexpr double kHalfCircle = std::numbers::pi;
 
 Lens lens(LensRequest model, std::uint32_t width, std::uint32_t height,
           std::optional<Intrinsics> intrinsics = {}) {
@@ -85,7 +84,7 @@ TEST(Lens, AnEquirectangularPictureShowsTheAxesWhereTheyAre) {
     expectNear(pixelOf(l, {3.0, 0.0, 0.0}), {270, 90});
     expectNear(pixelOf(l, {0.0, 2.0, -2.0}), {180, 45});
     // A part of it.
-    const Lens part = lens(EquirectangularLens{kPi / 2, kPi / 3}, 90, 60);
+    const Lens part = lens(EquirectangularLens{std::numbers::pi / 2, std::numbers::pi / 3}, 90, 60);
     expectNear(rayOf(part, {90, 30}), {std::sqrt(0.5), 0, -std::sqrt(0.5)});
     expectNear(rayOf(part, {45, 0}), {0, 0.5, -std::sqrt(0.75)});
 }
@@ -139,7 +138,7 @@ TEST(Lens, AnEquidistantFisheyeCountsAngles) {
     EXPECT_FALSE(rayOf(l, {300.01, 100}).has_value());
     EXPECT_FALSE(pixelOf(l, {1, 0, 0.01}).has_value());
     // Beyond half a turn it sees what is behind the camera.
-    const Lens whole = lens(FisheyeLens{2.0 * kPi}, 200, 200);
+    const Lens whole = lens(FisheyeLens{2.0 * std::numbers::pi}, 200, 200);
     expectNear(rayOf(whole, {150, 100}), {1, 0, 0});
     expectNear(rayOf(whole, {200, 100}), {0, 0, 1});
     expectNear(pixelOf(whole, {0, 1, 1}), {100, 25});
@@ -192,7 +191,7 @@ TEST(Lens, PixelsAndRaysAreInversesOfEachOther) {
         expectRoundTrips(lens(CubeLens{layout}, 1200, 900), 2000, 3);
     }
     expectRoundTrips(lens(FisheyeLens{}, 1280, 720), 2000, 4);
-    expectRoundTrips(lens(FisheyeLens{1.99 * kPi}, 64, 48), 2000, 5);
+    expectRoundTrips(lens(FisheyeLens{1.99 * std::numbers::pi}, 64, 48), 2000, 5);
 }
 
 TEST(Lens, TheInverseOfDistortionIsExactForRandomCoefficients) {
@@ -214,7 +213,7 @@ TEST(Lens, TheInverseOfDistortionIsExactForRandomCoefficients) {
 
 TEST(Lens, TheInverseOfTheFisheyeIsExactForRandomCoefficients) {
     std::mt19937 random(12);
-    std::uniform_real_distribution<double> k(-0.05, 0.05), fov(0.1, 2.0 * kPi);
+    std::uniform_real_distribution<double> k(-0.05, 0.05), fov(0.1, 2.0 * std::numbers::pi);
     int accepted = 0;
     for (int i = 0; i < 300; ++i) {
         FisheyeLens model{fov(random), k(random), k(random), 0.1 * k(random), 0.01 * k(random)};
@@ -267,7 +266,8 @@ TEST(Lens, DistortionThatFoldsTheFrameIsRefusedWithItsRadius) {
 }
 
 TEST(Lens, AFisheyeThatFoldsIsRefused) {
-    const FieldError given = refusal(FisheyeLens{.fov = kPi, .k1 = -1.0 / 3.0}, 640, 480);
+    const FieldError given =
+        refusal(FisheyeLens{.fov = std::numbers::pi, .k1 = -1.0 / 3.0}, 640, 480);
     EXPECT_EQ(given.pointer, "/camera/lens/fov");
     EXPECT_THAT(given.allowed, HasSubstr("at most 1.99"));
     EXPECT_EQ(refusal(FisheyeLens{.k2 = -0.2}, 640, 480).pointer, "/camera/lens/k2");

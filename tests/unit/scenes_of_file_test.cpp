@@ -14,7 +14,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 
 // Scenes "day", "night" and one without a name, of one, two and one nodes.
-json document() {
+json threeScenes() {
     json file = json::parse(triangleGltf());
     file["nodes"] = {{{"name", "a"}, {"mesh", 0}},
                      {{"name", "b"}, {"mesh", 0}},
@@ -37,7 +37,7 @@ using Names = std::vector<std::string>;
 
 TEST(ScenesOfFile, AreChosenByNameOrNumber) {
     const TemporaryFolder folder;
-    const auto file = folder.write("town.gltf", document().dump());
+    const auto file = folder.write("town.gltf", threeScenes().dump());
     const auto scene = [&](const std::string& which) {
         return importScene(file, ImportOptions{.scene = which});
     };
@@ -63,7 +63,7 @@ TEST(ScenesOfFile, AreChosenByNameOrNumber) {
 
 TEST(ScenesOfFile, TheFileNamesTheDefault) {
     const TemporaryFolder folder;
-    json file = document();
+    json file = threeScenes();
     file["scene"] = 1;
     const Scene night = importScene(folder.write("town.gltf", file.dump()));
     EXPECT_EQ(nodesOf(night), (Names{"b", "c"}));
@@ -82,7 +82,7 @@ TEST(ScenesOfFile, OneSceneHasNoList) {
 
 TEST(ScenesOfFile, ErrorsNameWhatThereIs) {
     const TemporaryFolder folder;
-    const auto file = folder.write("town.gltf", document().dump());
+    const auto file = folder.write("town.gltf", threeScenes().dump());
     for (const char* which : {"3", "dusk", "-1", "01", "18446744073709551616"}) {
         const ImportError error = refusal(file, ImportOptions{.scene = which});
         EXPECT_EQ(error.reason(), ImportError::Reason::notFound);
@@ -91,11 +91,11 @@ TEST(ScenesOfFile, ErrorsNameWhatThereIs) {
     }
     const auto obj = folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     EXPECT_THAT(refusal(obj, ImportOptions{.scene = "1"}).what(), HasSubstr("only glTF files"));
-    json many = document();
+    json many = threeScenes();
     many["scenes"] = json::array();
     for (int i = 0; i < 1025; ++i) many["scenes"].push_back({{"nodes", {0}}});
     EXPECT_EQ(refusal(folder.write("many.gltf", many.dump())).reason(), ImportError::Reason::limit);
-    json outside = document();
+    json outside = threeScenes();
     outside["scene"] = 3;
     EXPECT_EQ(refusal(folder.write("outside.gltf", outside.dump())).reason(),
               ImportError::Reason::malformed);
@@ -103,7 +103,7 @@ TEST(ScenesOfFile, ErrorsNameWhatThereIs) {
 
 TEST(ScenesOfFile, AreCachedSeparately) {
     const TemporaryFolder folder, cache;
-    const auto file = folder.write("town.gltf", document().dump());
+    const auto file = folder.write("town.gltf", threeScenes().dump());
     ImportOptions options{.cache = std::make_shared<SceneCache>(
                               SceneCacheOptions{.folder = cache.path(), .version = "1"})};
     for (int round = 0; round < 2; ++round) {

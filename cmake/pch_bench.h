@@ -1,0 +1,2 @@
+// Precompiled for the benchmarks.
+#include "pch_base.h"
