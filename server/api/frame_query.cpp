@@ -259,7 +259,8 @@ nlohmann::ordered_json fieldOfUnion(const nlohmann::ordered_json& schemas,
                                     const std::string& reference, const std::string& name) {
     nlohmann::ordered_json found, types = nlohmann::ordered_json::array();
     for (const auto& each : referenced(schemas, reference)["oneOf"]) {
-        const auto& properties = referenced(schemas, each["$ref"].get<std::string>())["properties"];
+        const auto alternative = each["$ref"].get<std::string>();
+        const auto& properties = referenced(schemas, alternative)["properties"];
         types.push_back(properties["type"]["const"]);
         if (found.is_null() && properties.contains(name)) found = properties[name];
     }
