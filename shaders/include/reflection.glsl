@@ -27,6 +27,7 @@ struct MirrorPlace {
     float first;   // stored distance of the picture's pixel; see distance_share.glsl
     float beyond;  // metres from the surface to the reflected object
     float level;   // of the blurred picture
+    float blur;    // share of the level that leaves out the sky behind the foot of a wall
 };
 
 // Beyond the edges of the mirror its picture shows the space behind the plane, often the sky. The pixels
@@ -34,6 +35,7 @@ struct MirrorPlace {
 // line at its foot. A place that mixes the sky is moved to the nearest object among the adjacent
 // pixels, if that object all but touches the mirror; others keep their silhouettes before the sky.
 const float kTouching = 1.05f;  // of the distance to the mirror
+const float kNear = 0.1f;  // likewise, of an object from the mirror
 void insideMirror(inout MirrorPlace found, float toMirror) {
     const float kSky = 0.5f * kFarShare;
     vec2 size = vec2(textureSize(mirrorPicture, 0));
@@ -72,9 +74,17 @@ MirrorPlace mirrorPlace(Surface s, vec3 position) {
     float first = beyondSurface(found.first, toMirror);
     float wide = min(0.5f * lobeLod(spread, reflection.levels.y * lobeReach(toMirror, first)),
                      reflection.levels.x);
-    found.beyond = beyondSurface(textureLod(mirrorPicture, found.at, wide).a, toMirror);
+    float mixed = textureLod(mirrorPicture, found.at, wide).a;
+    found.beyond = beyondSurface(mixed, toMirror);
+    // What is close to the mirror is as far as its own pixel says, and as sharp as it takes to leave out
+    // the sky behind the foot of a wall: a little of that would be many times as far as the wall. The sky
+    // raises the mean distance by up to kFarShare, other objects by less than 1.
+    float apart = first / (kNear * max(toMirror, 1e-18f));
+    found.beyond = min(found.beyond, first * (1.0f + apart));
+    float sky = clamp(mixed - found.first, 0.0f, 1.0f);
     float level = mirrorLod(s.roughness, reflection.levels.y, toMirror, found.beyond);
-    found.level = min(level, reflection.levels.x);
+    found.blur = 1.0f - sky * clamp(2.0f - apart, 0.0f, 1.0f);
+    found.level = min(level, reflection.levels.x) * found.blur;
     return found;
 }
 
@@ -86,7 +96,8 @@ vec3 flatMirrorLobe(Surface s, vec3 position, MirrorPlace found) {
     float alpha = s.roughness * s.roughness;
     float lod = min(lobeLod(2.0f * alpha * inversesqrt(reflection.levels.w),
                             reflection.levels.y * lobeReach(length(position), found.beyond)),
-                    reflection.levels.x);
+                    reflection.levels.x) *
+                found.blur;
     mat3 eyeFromLobe = frameAbout(s.normal);
     vec3 sum = vec3(0.0f);
     float weights = 1e-6f;
