@@ -359,17 +359,19 @@ TEST(Uploads, FilesWithoutASceneAreRejectedWithTheReason) {
     const std::string poison =
         packed(Packing::zip, {{"a.obj", "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"},
                               {"a.mtl", "map_Kd a.png\n"}});
+    unsigned held = 0;
     if (aiGetVersionMajor() == 5 && aiGetVersionMinor() <= 2) {  // later ones read it
         EXPECT_EQ(reasonOf(poison), "crashed");
         EXPECT_EQ(reasonOf(poison), "crashed") << "and the next time";
     } else {
         EXPECT_EQ(send(client, poison)->status, 201);
+        held = 1;
     }
     EXPECT_EQ(reasonOf(packed(Packing::zip, {{"a.gltf", triangleGltf("../../about.json")}})),
               "malformed");
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
     // They occupy no space of others.
-    for (unsigned i = 0; i < 4; ++i) EXPECT_EQ(send(client, triangleGlb(i))->status, 201) << i;
+    for (unsigned i = held; i < 4; ++i) EXPECT_EQ(send(client, triangleGlb(i))->status, 201) << i;
     EXPECT_EQ(json::parse(client.Get("/v1/scenes")->body)["scenes"].back()["state"], "ready");
 }
 

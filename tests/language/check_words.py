@@ -18,6 +18,7 @@ import argparse
 import fnmatch
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -87,9 +88,10 @@ def read_rules(path):
 
 
 def tracked_files(root):
-    git = subprocess.run(["git", "-c", "safe.directory=*", "-C", root, "ls-files", "-z"],
-                         capture_output=True, check=False)
-    if git.returncode == 0:
+    command = shutil.which("git")
+    git = command and subprocess.run([command, "-c", "safe.directory=*", "-C", root, "ls-files", "-z"],
+                                     capture_output=True, check=False)
+    if git and git.returncode == 0:
         return [p for p in git.stdout.decode().split("\0") if p]
     paths = []  # a copy of the tree without its history
     for folder, folders, files in os.walk(root):
