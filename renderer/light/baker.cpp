@@ -24,8 +24,8 @@ constexpr std::uint32_t kSamplesAtOnce = 16;
 constexpr std::chrono::milliseconds kRest{20};
 
 // The threads rest while frames are drawn, so that this concerns other processes. With the lowest
-// priority, 19, the light of a small scene was not complete after 15 minutes with five busy
-// processes for each processor.
+// priority, 19, the light of a small scene was not complete after 15 minutes at a load of 7 to 10
+// on two processors.
 constexpr int kNice = 10;
 
 // Where the system refuses, the threads have the priority of the others.
@@ -48,6 +48,7 @@ struct Baker::Shared {
         std::string failure;
     };
     using Entries = std::list<Entry>;
+    using Abandoned = std::function<bool()>;
 
     Entries::iterator find(std::uint64_t key) {
         return std::find_if(entries.begin(), entries.end(),
@@ -63,9 +64,9 @@ struct Baker::Shared {
     void startThreads();
     void coordinate();
     void help();
-    bool restOrStop();
-    void workOn(Bake& bake, const std::function<bool()>& abandoned = {});
-    void helpOnce(std::unique_lock<std::mutex>& lock, const std::function<bool()>& abandoned = {});
+    bool restOrStop(const Abandoned& abandoned = {});
+    void workOn(Bake& bake, const Abandoned& abandoned = {});
+    void takePart(std::unique_lock<std::mutex>& lock, const Abandoned& abandoned = {});
     void runRound(std::uint64_t key, const std::shared_ptr<Bake>& bake);
 
     const BakerOptions options;
@@ -85,19 +86,21 @@ struct Baker::Shared {
     std::atomic<bool> cancelled{false};
 };
 
-// Returns false if the round is cancelled.
-bool Baker::Shared::restOrStop() {
-    while (resting.load() > 0 && !cancelled.load()) {
+// Returns false if the round is cancelled, or abandoned by this thread.
+bool Baker::Shared::restOrStop(const Abandoned& abandoned) {
+    const auto ends = [&] { return cancelled.load() || (abandoned && abandoned()); };
+    while (resting.load() > 0) {
+        if (ends()) return false;
         std::unique_lock lock(mutex);
         changed.wait_for(lock, kRest);
         if (stopping) return false;
     }
-    return !cancelled.load();
+    return !ends();
 }
 
-void Baker::Shared::workOn(Bake& bake, const std::function<bool()>& abandoned) {
+void Baker::Shared::workOn(Bake& bake, const Abandoned& abandoned) {
     const std::uint32_t count = bake.samples();
-    while (restOrStop() && !(abandoned && abandoned())) {
+    while (restOrStop(abandoned)) {
         const std::uint32_t first = nextSample.fetch_add(kSamplesAtOnce);
         if (first >= count) return;
         bake.work(first, std::min(first + kSamplesAtOnce, count));
@@ -112,13 +115,12 @@ void Baker::Shared::help() {
         changed.wait(lock, [&] { return stopping || (current && roundNumber != seen); });
         if (stopping) return;
         seen = roundNumber;
-        helpOnce(lock);
+        takePart(lock);
     }
 }
 
 // With the lock held and a round in progress: takes samples of it until none is left.
-void Baker::Shared::helpOnce(std::unique_lock<std::mutex>& lock,
-                             const std::function<bool()>& abandoned) {
+void Baker::Shared::takePart(std::unique_lock<std::mutex>& lock, const Abandoned& abandoned) {
     const std::shared_ptr<Bake> bake = current;
     ++working;
     lock.unlock();
@@ -256,14 +258,14 @@ Baker::State Baker::state(std::uint64_t key) const {
 
 Baker::State Baker::wait(std::uint64_t key, const std::function<bool()>& abandoned) {
     Shared& s = *shared_;
-    std::uint64_t seen = 0;  // the last round that this thread helped with
+    std::uint64_t seen = 0;  // the last round that this thread took part in
     State now = state(key);
     while (now.known && !now.complete && now.failure.empty() && !(abandoned && abandoned())) {
         {
             std::unique_lock lock(s.mutex);
             if (s.current && s.currentKey == key && s.roundNumber != seen) {
                 seen = s.roundNumber;
-                s.helpOnce(lock, abandoned);
+                s.takePart(lock, abandoned);
             } else {
                 s.changed.wait_for(lock, kRest);
             }

@@ -27,7 +27,7 @@ struct MirrorPlace {
     float first;   // stored distance of the picture's pixel; see distance_share.glsl
     float beyond;  // metres from the surface to the reflected object
     float level;   // of the blurred picture
-    float blur;    // share of the level that leaves out the sky behind the foot of a wall
+    float blur;    // fraction of the level, 0..1, that leaves out the sky behind the foot of a wall
 };
 
 // Beyond the edges of the mirror its picture shows the space behind the plane, often the sky. The pixels
@@ -35,7 +35,6 @@ struct MirrorPlace {
 // line at its foot. A place that mixes the sky is moved to the nearest object among the adjacent
 // pixels, if that object all but touches the mirror; others keep their silhouettes before the sky.
 const float kTouching = 1.05f;  // of the distance to the mirror
-const float kNear = 0.1f;  // likewise, of an object from the mirror
 void insideMirror(inout MirrorPlace found, float toMirror) {
     const float kSky = 0.5f * kFarShare;
     vec2 size = vec2(textureSize(mirrorPicture, 0));
@@ -59,6 +58,9 @@ void insideMirror(inout MirrorPlace found, float toMirror) {
     found.at = at;
 }
 
+// An object is close to the mirror within this fraction of the distance to the mirror.
+const float kClose = 0.1f;
+
 // The pixels of the mirrored view coincide with those of this view. Blur depends on the distance
 // between the mirror and the reflected object (erratum R4), which is stored in the picture's alpha.
 MirrorPlace mirrorPlace(Surface s, vec3 position) {
@@ -79,7 +81,7 @@ MirrorPlace mirrorPlace(Surface s, vec3 position) {
     // What is close to the mirror is as far as its own pixel says, and as sharp as it takes to leave out
     // the sky behind the foot of a wall: a little of that would be many times as far as the wall. The sky
     // raises the mean distance by up to kFarShare, other objects by less than 1.
-    float apart = first / (kNear * max(toMirror, 1e-18f));
+    float apart = first / (kClose * max(toMirror, 1e-18f));
     found.beyond = min(found.beyond, first * (1.0f + apart));
     float sky = clamp(mixed - found.first, 0.0f, 1.0f);
     float level = mirrorLod(s.roughness, reflection.levels.y, toMirror, found.beyond);

@@ -20,7 +20,7 @@ class App;
 
 namespace clerestory::bench {
 
-// Both included.
+// Of a number; both ends included.
 struct Interval {
     double min = std::numeric_limits<double>::lowest(), max = std::numeric_limits<double>::max();
 };

@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <future>
+#include <thread>
 #include <utility>
 
 using namespace clerestory;
@@ -107,4 +109,35 @@ TEST_F(LightLimits, AMillionTrianglesAreComputedCoarsely) {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - began;
     std::printf("light of a million triangles: %.1f s\n", seconds.count());
     EXPECT_NEAR(color(image, 4, 4).x, 0.5f, 0.03f);
+}
+
+// A thread that waits takes part in the computation, which rests while a frame is drawn. Its wait
+// can be abandoned all the same.
+TEST_F(LightLimits, AWaitEndsWhileAFrameIsDrawn) {
+    Scene scene;
+    for (int i = 0; i < 6; ++i) {
+        place(scene, sphere(0.3f, 64, addMaterial(scene, matteBothSides(0.5f))),
+              moved(0.5 * i - 1.25, 0.0, 0.0));
+    }
+    FrameRequest lit = lookingDown(std::move(scene), "abandoned wait");
+    lit.effects.indirectLight = true;
+    LightState light = renderer().light(lit);
+    while (light.revision == 0) light = renderer().light(lit);  // the next round begins
+    ASSERT_FALSE(light.complete);
+    Scene other;
+    place(other, quad(0.5f, addMaterial(other, matteBothSides(0.5f))));
+    const FrameRequest frame = lookingDown(std::move(other), "frame meanwhile");
+    std::future<void> waiting;
+    renderer().render(frame, Readback::picture, [&] {
+        if (waiting.valid()) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        waiting = std::async(std::launch::async, [&] {
+            int asked = 0;
+            light.wait([&] { return ++asked > 2; });
+        });
+        EXPECT_EQ(waiting.wait_for(std::chrono::seconds(60)), std::future_status::ready);
+        return false;
+    });
+    waiting.get();
+    EXPECT_TRUE(renderer().completeLight(lit).complete);
 }

@@ -1,4 +1,4 @@
-// The clock of load and attack runs.
+// The clock of clients that time a server.
 #pragma once
 
 #include <chrono>

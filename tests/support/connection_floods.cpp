@@ -2,6 +2,7 @@
 // ones as the machine has descriptors for.
 #include "tests/support/attacks.h"
 
+#include "tests/support/clock.h"
 #include "tests/support/raw_client.h"
 
 #include <sys/resource.h>
@@ -13,8 +14,6 @@
 
 namespace clerestory::test {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 // The first bytes of other protocols, and almost valid requests.
 std::vector<std::string> beginnings() {
@@ -90,7 +89,7 @@ std::vector<Figure> connectionFloods(const Target& target, int connections) {
             worst = other < 0 ? 1e9 : std::max(worst, other);
         }
     }
-    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const double seconds = secondsSince(start);
     std::size_t after = target.server.descriptors();
     for (int i = 0; i < 400 && after > files; ++i) {
         worstAnswer(target.server.port(), 1);

@@ -1,5 +1,7 @@
 #include "tests/support/raw_client.h"
 
+#include "tests/support/clock.h"
+
 #include <arpa/inet.h>
 #include <netinet/tcp.h>
 #include <poll.h>
@@ -15,8 +17,6 @@
 
 namespace clerestory::test {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 int millisecondsUntil(Clock::time_point end) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());

@@ -17,7 +17,7 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::dvec4;
 
-constexpr std::uint32_t kScreenWidth = 640, kScreenHeight = 480;
+constexpr std::uint32_t kImageWidth = 640, kImageHeight = 480;
 
 class Random {
 public:
@@ -52,7 +52,7 @@ View viewFrom(const dvec3& position, const dvec3& target, const dvec3& up = dvec
 dvec4 clip(const View& view, const dvec3& world) {
     return view.clipFromView * dvec4(dmat3(view.viewFromWorld) * (world - view.eye), 1.0);
 }
-dvec3 onScreen(const View& view, const dvec3& world) {
+dvec3 ndcFromEye(const View& view, const dvec3& world) {
     const dvec4 c = clip(view, world);
     return dvec3(c) / c.w;
 }
@@ -91,8 +91,8 @@ TEST(Householder, IsItsOwnInverseAndMirrorsSpace) {
 
 std::vector<dmat4> lenses() {
     return {perspective(1.0, 4.0 / 3.0, 0.1, std::nullopt), perspective(3.0, 4.0 / 3.0, 0.1, 50.0),
-            perspective(Intrinsics{500, 520, 100, 400, PixelCenter::half}, kScreenWidth,
-                        kScreenHeight, 0.1, std::nullopt),
+            perspective(Intrinsics{500, 520, 100, 400, PixelCenter::half}, kImageWidth,
+                        kImageHeight, 0.1, std::nullopt),
             orthographic(4.0, 3.0, 0.0, 100.0)};
 }
 
@@ -134,15 +134,16 @@ TEST(MirroredView, LooksDownAtAnyRollAndFlipsLeftAndRight) {
         const View down =
             mirroredView(viewFrom({0, 2, 0}, {0, 0, 0}, {std::sin(a), 0, std::cos(a)}), floor);
         EXPECT_EQ(down.eye, dvec3(0, -2, 0));
-        EXPECT_NEAR(onScreen(down, {0, 2, 0}).x, 0.0, 1e-12) << "the eye sees itself in the middle";
-        EXPECT_NEAR(onScreen(down, {0, 2, 0}).y, 0.0, 1e-12);
+        EXPECT_NEAR(ndcFromEye(down, {0, 2, 0}).x, 0.0, 1e-12)
+            << "the eye sees itself in the middle";
+        EXPECT_NEAR(ndcFromEye(down, {0, 2, 0}).y, 0.0, 1e-12);
         // Facing a mirror, what is at the right is seen at the right: with a look-at camera behind
         // the mirror it would be at the left.
         const dvec3 up(std::sin(a), std::cos(a), 0);
         const View facing = viewFrom({0, 0, 3}, {0, 0, 0}, up);
         const dvec3 right = glm::cross(dvec3(0, 0, -1), up);
-        EXPECT_GT(onScreen(mirroredView(facing, wall), right + dvec3(0, 0, 3)).x, 0.0) << degrees;
-        EXPECT_NEAR(onScreen(mirroredView(facing, wall), right + dvec3(0, 0, 3)).y, 0.0, 1e-12);
+        EXPECT_GT(ndcFromEye(mirroredView(facing, wall), right + dvec3(0, 0, 3)).x, 0.0) << degrees;
+        EXPECT_NEAR(ndcFromEye(mirroredView(facing, wall), right + dvec3(0, 0, 3)).y, 0.0, 1e-12);
     }
     // With up along the line of sight the plain view has its replacement, and the mirror with it.
     const View degenerate = mirroredView(viewFrom({0, 2, 0}, {0, 0, 0}, {0, 1, 0}), floor);
@@ -165,7 +166,8 @@ TEST(MirroredView, ImagesBetweenFacingMirrorsAreAtTheirPositions) {
         view = mirroredView(view, mirror);
         EXPECT_LT(eyeHeight(mirror, view), 0.0) << "a mirror does not see itself";
         const double place = k % 2 ? -(k - 1) * l - a : a - k * l;
-        const dvec3 image = onScreen(eye, {place, 0.3, 1.0}), seen = onScreen(view, {a, 0.3, 1.0});
+        const dvec3 image = ndcFromEye(eye, {place, 0.3, 1.0}),
+                    seen = ndcFromEye(view, {a, 0.3, 1.0});
         EXPECT_LT(glm::length(image - seen), 1e-12) << k;
         EXPECT_EQ(view.mirrored, k % 2 == 1);
     }
@@ -192,7 +194,7 @@ TEST(MirroredView, KeepsItsPrecisionFarFromTheOrigin) {
 // ---- parts of a picture ------------------------------------------------------------------------
 
 dvec2 pixel(const View& view, const dvec3& world, double width, double height) {
-    return (dvec2(onScreen(view, world)) * 0.5 + 0.5) * dvec2(width, height);
+    return (dvec2(ndcFromEye(view, world)) * 0.5 + 0.5) * dvec2(width, height);
 }
 
 TEST(Cropped, FourTilesEqualTheWholeImage) {
@@ -203,12 +205,12 @@ TEST(Cropped, FourTilesEqualTheWholeImage) {
             // Cut at odd places; one reaches beyond the picture, as a guard band does.
             const double x = tile % 2 ? 213.0 : -16.0, y = tile / 2 ? 101.0 : 0.0;
             const PixelRect part{x, y, tile % 2 ? 427.0 : 229.0, tile / 2 ? 379.0 : 101.0};
-            const View crop = cropped(view, part, kScreenWidth, kScreenHeight);
+            const View crop = cropped(view, part, kImageWidth, kImageHeight);
             EXPECT_EQ(crop.viewFromWorld, view.viewFromWorld);
             for (int i = 0; i < 200; ++i) {
                 const dvec3 p = random.point(3.0);
                 const dvec2 inPart = pixel(crop, p, part.width, part.height);
-                const dvec2 inWhole = pixel(view, p, kScreenWidth, kScreenHeight);
+                const dvec2 inWhole = pixel(view, p, kImageWidth, kImageHeight);
                 EXPECT_LT(glm::length(inPart + dvec2(x, y) - inWhole),
                           1e-9 * std::max(1.0, glm::length(inWhole)));
                 EXPECT_EQ(clip(crop, p).w, clip(view, p).w);
@@ -217,16 +219,15 @@ TEST(Cropped, FourTilesEqualTheWholeImage) {
         }
     }
     const View view = viewFrom({0, 0, 5}, {0, 0, 0});
-    EXPECT_EQ(cropped(view, {0, 0, kScreenWidth, kScreenHeight}, kScreenWidth, kScreenHeight),
-              view);
+    EXPECT_EQ(cropped(view, {0, 0, kImageWidth, kImageHeight}, kImageWidth, kImageHeight), view);
 }
 
 TEST(Cropped, CroppingAndMirroringCommute) {
     const View view = viewFrom({1, 2, 5}, {0, 0, 0});
     const Plane floor{dvec3(0, 1, 0), 0.5};
     const PixelRect part{100, 50, 333, 77};
-    EXPECT_EQ(mirroredView(cropped(view, part, kScreenWidth, kScreenHeight), floor),
-              cropped(mirroredView(view, floor), part, kScreenWidth, kScreenHeight));
+    EXPECT_EQ(mirroredView(cropped(view, part, kImageWidth, kImageHeight), floor),
+              cropped(mirroredView(view, floor), part, kImageWidth, kImageHeight));
 }
 
 // ---- where a mirror is on the picture ----------------------------------------------------------
@@ -312,16 +313,16 @@ TEST(PixelRect, IncludesTouchedPixelsAndAGuardBand) {
 
 TEST(EdgeOn, OnlyWhenTheWholePlaneIsWithinOnePixelOfItsHorizon) {
     const View view = viewFrom({0, 0, 0}, {0, 0, -1});
-    const double pixel = 2.0 / (kScreenHeight * view.clipFromView[1][1]);
+    const double pixel = 2.0 / (kImageHeight * view.clipFromView[1][1]);
     for (const double share : {0.1, 0.9, 1.1, 10.0}) {
         const double height = share * view.znear * pixel;
         const Plane floor{dvec3(0, 1, 0), height};
         EXPECT_NEAR(eyeHeight(floor, view), height, 1e-15);
         // The nearest visible point of the floor, in pixels below its horizon.
-        const double rows = -0.5 * kScreenHeight * onScreen(view, {0, -height, -view.znear}).y;
-        EXPECT_EQ(edgeOn(eyeHeight(floor, view), view, kScreenHeight), rows < 1.0) << share;
+        const double rows = -0.5 * kImageHeight * ndcFromEye(view, {0, -height, -view.znear}).y;
+        EXPECT_EQ(edgeOn(eyeHeight(floor, view), view, kImageHeight), rows < 1.0) << share;
     }
-    EXPECT_TRUE(edgeOn(eyeHeight(Plane{dvec3(0, 1, 0), 0.0}, view), view, kScreenHeight));
+    EXPECT_TRUE(edgeOn(eyeHeight(Plane{dvec3(0, 1, 0), 0.0}, view), view, kImageHeight));
 }
 
 TEST(EyeHeight, OfAnOrthographicViewIsTheVisibleSide) {
@@ -332,7 +333,7 @@ TEST(EyeHeight, OfAnOrthographicViewIsTheVisibleSide) {
         EXPECT_EQ(eyeHeight({dvec3(0, 0, 1), offset}, view), 1.0);
         EXPECT_EQ(eyeHeight({dvec3(0, 0, -1), offset}, view), -1.0);
         EXPECT_EQ(eyeHeight({dvec3(0, 1, 0), offset}, view), 0.0);
-        EXPECT_TRUE(edgeOn(eyeHeight({dvec3(0, 1, 0), offset}, view), view, kScreenHeight));
+        EXPECT_TRUE(edgeOn(eyeHeight({dvec3(0, 1, 0), offset}, view), view, kImageHeight));
     }
 }
 
@@ -377,7 +378,7 @@ TEST(CubeFaces, MatchLookupsInEveryDirection) {
             EXPECT_EQ(holds, face == lookup.face);
         }
         EXPECT_EQ(holding, 1);
-        const dvec2 st = dvec2(onScreen(faces[lookup.face], world)) * 0.5 + 0.5;
+        const dvec2 st = dvec2(ndcFromEye(faces[lookup.face], world)) * 0.5 + 0.5;
         EXPECT_LT(glm::length(st - lookup.st), 1e-9);
     }
 }
