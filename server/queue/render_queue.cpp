@@ -235,7 +235,10 @@ void RenderQueue::serve(const RendererOptions& options) {
     try {
         RendererOptions own = options;
         own.onCompiling = [this](bool begins) { compiling(begins); };
-        own.beforeDrawing = [this](const FramePlan& plan) { requireTime(plan); };
+        own.beforeDrawing = [this, next = options.beforeDrawing](const FramePlan& plan) {
+            requireTime(plan);
+            if (next) next(plan);
+        };
         renderer = std::make_unique<Renderer>(own);
         made_.set_value(renderer->identity());
     } catch (...) {

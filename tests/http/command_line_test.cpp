@@ -112,9 +112,9 @@ TEST(CommandLine, FramesOfACompiledSceneCompileNextToNothing) {
     const std::size_t compiled = bytesIn(folder);
     EXPECT_GT(compiled, 0u);
     for (const char* accuracy : {"standard", "draft"}) {
-        const Outcome outcome = run("render chapel --size 320x180 --accuracy " +
-                                    std::string(accuracy) + cache + "-o '" +
-                                    outputFile("warm.jpg") + "'");
+        const Outcome outcome =
+            run("render chapel --size 320x180 --accuracy " + std::string(accuracy) + cache +
+                "-o '" + outputFile("warm.jpg") + "'");
         ASSERT_EQ(outcome.exitCode, 0) << outcome.output;
     }
     EXPECT_LT(bytesIn(folder) - compiled, compiled / 20);

@@ -1,5 +1,6 @@
 // Live views: every viewer receives what was put, and the last frame again once the view is at
 // rest.
+#include "tests/support/drawing_gate.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>
@@ -203,38 +204,27 @@ TEST(Live, OfThePosesThatWaitOnlyTheNewestIsDrawn) {
 
 // A frame that is being drawn for the server itself ends before its next pass when it is cancelled.
 TEST(Live, ACancelledRefinementEndsBeforeItsNextPass) {
-    TestServer server;
+    DrawingGate gate;
+    Config config = testConfig();
+    config.renderer.beforeDrawing = gate.whenPlanned();
+    TestServer server(config);
     server.awaitReady();
-    RenderQueue& queue = server.backend().queue();
-    const auto drawn = [&] {
-        return queue.run(10s, [](Renderer& r) { return r.counters().frames; });
-    };
-    FrameRequest request;
-    request.scene = "six-walls";
-    request.width = 1920;
-    request.height = 1080;
-    request.accuracy = accuracyOf(Preset::fine);
-    // The frame may end before it is cancelled: then another one is drawn.
-    bool ended = false;
-    for (int i = 0; i < 50 && !ended; ++i) {
-        const std::uint64_t before = drawn();
-        FrameOrder order{.request = request,
-                         .arrived = Clock::now(),
-                         .cancellation = std::make_shared<CancellationToken>()};
-        auto answer = std::async(std::launch::async, [&] { return server.backend().draw(order); });
-        while (queue.workingFor() <= 0s && answer.wait_for(0s) != std::future_status::ready) {
-            std::this_thread::yield();
-        }
-        order.cancellation->cancel();
-        try {
-            answer.get();
-        } catch (const RequestError& error) {
-            EXPECT_EQ(error.problem().code, ProblemCode::clientLeft);
-            ended = true;
-            EXPECT_EQ(drawn(), before);
-        }
+    const std::uint64_t before = server.framesDrawn();
+    FrameOrder order{.arrived = Clock::now(),
+                     .cancellation = std::make_shared<CancellationToken>()};
+    order.request.scene = "six-walls";
+    gate.close();
+    auto answer = std::async(std::launch::async, [&] { return server.backend().draw(order); });
+    gate.awaitFrame();
+    order.cancellation->cancel();
+    gate.open();
+    try {
+        answer.get();
+        ADD_FAILURE() << "it was drawn";
+    } catch (const RequestError& error) {
+        EXPECT_EQ(error.problem().code, ProblemCode::clientLeft);
     }
-    EXPECT_TRUE(ended);
+    EXPECT_EQ(server.framesDrawn(), before);
 }
 
 TEST(Live, InvalidViewsAreRejected) {

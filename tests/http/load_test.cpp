@@ -1,6 +1,5 @@
 // Many clients, full queues, deadlines, shutdown.
-#include "scene/import/sandbox/jail.h"
-#include "server/base/process.h"
+#include "tests/support/drawing_gate.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/test_server.h"
 
@@ -8,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <future>
 #include <set>
 #include <thread>
 
@@ -60,8 +60,7 @@ TEST(Load, TwoHundredConcurrentRequestsGetTheBytesOfASingleOne) {
 }
 
 // A delayed acknowledgement, which small responses suffer without TCP_NODELAY, costs every request
-// 40 ms once the connection is established. The fastest quarter of the requests shows it, also on a
-// busy machine.
+// 40 ms once the connection is established. The fastest request shows it, also on a busy machine.
 TEST(Load, KeepAliveRequestsDoNotWaitForDelayedAcknowledgements) {
     auto client = sharedServer().client();
     std::vector<double> milliseconds;
@@ -73,7 +72,7 @@ TEST(Load, KeepAliveRequestsDoNotWaitForDelayedAcknowledgements) {
     }
     milliseconds.erase(milliseconds.begin(), milliseconds.begin() + 50);  // quick acknowledgements
     std::sort(milliseconds.begin(), milliseconds.end());
-    EXPECT_LT(milliseconds[12], 30.0) << "the library's default costs 44 ms";
+    EXPECT_LT(milliseconds[0], 30.0) << "the library's default costs 44 ms";
     RecordProperty("medianMilliseconds", std::to_string(milliseconds[25]));
 }
 
@@ -114,18 +113,21 @@ TEST(Load, AFramePastItsDeadlineIsNotDrawn) {
     Config config = testConfig();
     config.deadlineSeconds = 2.0;
     TestServer server(config);
+    server.awaitReady();
     auto client = server.client();
-    ASSERT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    const auto isDrawn = [&] {
+        return postJson(client, "/v1/frames", smallFrame())->status == 200;
+    };
+    ASSERT_TRUE(soon(isDrawn));
+    const std::uint64_t before = server.framesDrawn();
     auto hold = server.holdRenderer();
     const auto start = Clock::now();
     problemOf(postJson(client, "/v1/frames", smallFrame()), 504);
     EXPECT_GE(millisecondsSince(start), 1900.0);
     hold.reset();
     ASSERT_TRUE(soon([&] { return server.backend().queue().depth() == 0; }));
-    std::promise<std::uint64_t> frames;
-    server.backend().queue().post([&](Renderer& r) { frames.set_value(r.counters().frames); });
-    EXPECT_EQ(frames.get_future().get(), 1u) << "the dropped one was drawn";
-    EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    EXPECT_EQ(server.framesDrawn(), before) << "the dropped one was drawn";
+    EXPECT_TRUE(soon(isDrawn));
 }
 
 // C2 of the failure catalogue.
@@ -158,37 +160,39 @@ TEST(Load, FramesOfDisconnectedClientsAreNotDrawn) {
 
 // A frame in progress ends before its next pass once its client has left and other work waits.
 TEST(Load, AFrameOfADisconnectedClientMakesWayForTheNext) {
-    TestServer server;
+    DrawingGate gate;
+    Config config = testConfig();
+    config.renderer.beforeDrawing = gate.whenPlanned();
+    TestServer server(config);
     server.awaitReady();
     RenderQueue& queue = server.backend().queue();
-    auto client = server.client();
-    int attempt = 0;
-    const auto large = [&] {
-        return R"({"scene": "six-walls", "width": 1920, "height": 1080, "accuracy": "fine",
-                   "exposure": )" +
-               std::to_string(0.01 * ++attempt) + "}";
+    const auto askAndLeave = [&](RawClient& client) {
+        gate.close();
+        client.send(post("/v1/frames", smallFrame()));
+        gate.awaitFrame();
+        const auto token = queue.runningToken();
+        client.halfClose();
+        return soon([&] { return token->cancelled(); });
     };
-    const auto isWorking = [&] { return queue.workingFor() > std::chrono::seconds(0); };
-    {
-        RawClient alone(server.server().port());
-        alone.send(post("/v1/frames", large()));
-        ASSERT_TRUE(soon(isWorking));
-        alone.halfClose();
-        EXPECT_EQ(statusOf(alone.answer(60)), 200) << "it may still be listening";
-    }
-    // The frame may be complete before its client leaves: then another one is drawn.
-    bool ended = false;
-    while (!ended && attempt < 50) {
-        const std::uint64_t before = server.framesDrawn();
-        RawClient leaves(server.server().port());
-        leaves.send(post("/v1/frames", large()));
-        ASSERT_TRUE(soon([&] { return isWorking() || server.framesDrawn() > before; }));
-        leaves.halfClose();
-        ASSERT_EQ(postJson(client, "/v1/frames", pose(attempt))->status, 200);
-        ended = server.framesDrawn() == before + 1;
-        EXPECT_EQ(statusOf(leaves.answer(60)), ended ? 503 : 200);
-    }
-    EXPECT_TRUE(ended);
+
+    const std::uint64_t before = server.framesDrawn();
+    RawClient alone(server.server().port());
+    ASSERT_TRUE(askAndLeave(alone));
+    gate.open();
+    EXPECT_EQ(statusOf(alone.answer(60)), 200) << "it may still be listening";
+    EXPECT_EQ(server.framesDrawn(), before + 1);
+
+    RawClient leaves(server.server().port());
+    ASSERT_TRUE(askAndLeave(leaves));
+    auto next = std::async(std::launch::async, [&] {
+        auto client = server.client();
+        return postJson(client, "/v1/frames", pose(1))->status;
+    });
+    ASSERT_TRUE(soon([&] { return queue.hasWaiting(); }));
+    gate.open();
+    EXPECT_EQ(statusOf(leaves.answer(60)), 503);
+    EXPECT_EQ(next.get(), 200);
+    EXPECT_EQ(server.framesDrawn(), before + 2) << "one before, and the next one";
 }
 
 TEST(Load, AClientMaySetADeadline) {
@@ -272,17 +276,21 @@ TEST(Load, AFrameThatCannotMeetItsDeadlineIsRefusedBeforeItIsDrawn) {
     auto client = server.client();
     const std::string large = R"({"scene": "six-walls", "width": 2048, "height": 1280,
         "accuracy": {"preset": "fine"}})";
-    ASSERT_EQ(postJson(client, "/v1/frames", large)->status, 200);
-    const auto start = Clock::now();
-    ASSERT_EQ(postJson(client, "/v1/frames", large)->status, 200);
-    const int milliseconds = static_cast<int>(millisecondsSince(start));
-    if (milliseconds < 100) GTEST_SKIP() << "drawn in " << milliseconds << " ms";
+    double fastest = 1e9;  // milliseconds
+    for (int i = 0; i < 3; ++i) {
+        const auto start = Clock::now();
+        ASSERT_EQ(postJson(client, "/v1/frames", large)->status, 200);
+        fastest = std::min(fastest, millisecondsSince(start));
+    }
     const httplib::Headers deadline = {
-        {"Clerestory-Deadline", std::to_string(milliseconds / 5 + 10)}};
+        {"Clerestory-Deadline", std::to_string(std::max(static_cast<int>(fastest / 5.0), 1))}};
     const std::uint64_t before = server.framesDrawn();
-    const json problem =
-        problemOf(client.Post("/v1/frames", deadline, large, "application/json"), 504);
-    EXPECT_THAT(problem.at("detail").get<std::string>(), testing::HasSubstr("at least"));
+    // On a busy machine the deadline may pass while the request waits: another answer, asked again.
+    EXPECT_TRUE(soon([&] {
+        const json problem =
+            problemOf(client.Post("/v1/frames", deadline, large, "application/json"), 504);
+        return problem.at("detail").get<std::string>().find("at least") != std::string::npos;
+    }));
     EXPECT_EQ(server.framesDrawn(), before);
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
 }
@@ -313,8 +321,12 @@ TEST(Work, TheSampleLimitIsExact) {
     for (const char* knob : {"/width", "/accuracy/environmentSize", "/accuracy/samples"}) {
         EXPECT_TRUE(pointers.contains(knob)) << knob;
     }
-    // Refused before anything is made for it: at the door, and by its plan.
-    const double before = residentBytes();
+    // Refused before anything is made for it: by its size, and by its plan.
+    const auto texturesMade = [&] {
+        return server.backend().queue().run(std::chrono::seconds(60),
+                                            [](Renderer& r) { return r.counters().texturesMade; });
+    };
+    const std::uint64_t before = texturesMade();
     for (int i = 0; i < 20; ++i) {
         problemOf(postJson(client, "/v1/frames",
                            R"({"scene": "six-walls", "width": 4096, "height": 2160})"),
@@ -323,9 +335,7 @@ TEST(Work, TheSampleLimitIsExact) {
             postJson(client, "/v1/frames", smallFrame(R"("accuracy": {"environmentSize": 1024})")),
             422);
     }
-    if (!kSanitized) {
-        EXPECT_LT(residentBytes() - before, 1 << 20);
-    }
+    EXPECT_EQ(texturesMade(), before);
     EXPECT_EQ(postJson(client, "/v1/frames", R"({"scene": "six-walls", "width": 8, "height": 8})")
                   ->status,
               200);

@@ -143,6 +143,9 @@ TEST(Scenes, ALoadingSceneIsAConflict) {
     config.scenes.import.limits.wallClock = std::chrono::milliseconds(4000);
     TestServer server(config);
     auto client = server.client();
+    while (jsonAt(client, "/v1/scenes/slow")["state"] == "waiting") {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
     const auto result = postJson(client, "/v1/frames", R"({"scene": "slow"})");
     const json problem = problemOf(result, 409);
     EXPECT_THAT(problem["detail"].get<std::string>(), HasSubstr("slow is loading"));
