@@ -42,6 +42,13 @@ Edges edgesOf(Preset preset) {
     return {2048, 1024, 512};
 }
 
+// The pictures of a light that contributes less than this share have half the edges.
+constexpr double kWeakShare = 0.08;
+Edges edgesFor(const Edges& edges, double share) {
+    if (share >= kWeakShare) return edges;
+    return {edges.sun / 2, edges.cone / 2, edges.face / 2};
+}
+
 // Of the disc of a light with a radius.
 std::uint32_t samplesOf(Preset preset) {
     return preset == Preset::draft ? 8 : preset == Preset::fine ? 48 : 24;
@@ -151,23 +158,47 @@ std::optional<Shadow> shadowOf(const Stage& stage, std::size_t index, const Edge
     return Shadow{index, LightShadow::Kind::six, edges.face, {faces.begin(), faces.end()}, {}};
 }
 
-// Places the pictures in rows. Returns the height of the map, or nothing if it would be too large.
-std::optional<std::uint32_t> place(std::vector<Shadow>& shadows, std::uint32_t width) {
+std::uint32_t widthOf(const Shadow& shadow) {
+    return (shadow.kind == LightShadow::Kind::six ? 3 : 1) * shadow.edge;
+}
+std::uint32_t heightOf(const Shadow& shadow) {
+    return (shadow.kind == LightShadow::Kind::six ? 2 : 1) * shadow.edge;
+}
+
+// Places the pictures in rows, of which none is wider than `width`. Returns the height of the map.
+std::uint32_t place(std::vector<Shadow>& shadows, std::uint32_t width) {
     std::uint32_t x = 0, y = 0, rowHeight = 0;
     for (Shadow& shadow : shadows) {
-        const bool six = shadow.kind == LightShadow::Kind::six;
-        const std::uint32_t w = (six ? 3 : 1) * shadow.edge, h = (six ? 2 : 1) * shadow.edge;
-        if (w > width) return std::nullopt;
-        if (x + w > width) {
+        if (x + widthOf(shadow) > width) {
             y += rowHeight;
             x = rowHeight = 0;
         }
         shadow.first = {x, y, shadow.edge, shadow.edge};
-        x += w;
-        rowHeight = std::max(rowHeight, h);
+        x += widthOf(shadow);
+        rowHeight = std::max(rowHeight, heightOf(shadow));
     }
-    const std::uint32_t height = y + rowHeight;
-    return height <= kMaxMapEdge ? std::optional(height) : std::nullopt;
+    return y + rowHeight;
+}
+
+struct MapSize {
+    std::uint32_t width, height;
+};
+
+// Places the pictures in the smallest map. Returns its size, or nothing if it would be too large.
+std::optional<MapSize> placed(std::vector<Shadow>& shadows) {
+    constexpr std::uint32_t kStep = 128;
+    std::stable_sort(shadows.begin(), shadows.end(),
+                     [](const Shadow& a, const Shadow& b) { return heightOf(a) > heightOf(b); });
+    std::uint32_t least = 0;
+    for (const Shadow& shadow : shadows) least = std::max(least, widthOf(shadow));
+    std::optional<MapSize> best;
+    for (std::uint32_t width = least; width <= kMaxMapEdge; width += kStep) {
+        const std::uint32_t height = place(shadows, width);
+        if (height > kMaxMapEdge) continue;
+        if (!best || width * height < best->width * best->height) best = {width, height};
+    }
+    if (best) place(shadows, best->width);
+    return best;
 }
 
 // llvmpipe compiles different code for textures whose edges are powers of two, so no map has such
@@ -319,14 +350,19 @@ std::string nameOf(const Stage& stage, std::size_t light) {
            std::to_string(light + 1);
 }
 
+struct ShadowedLight {
+    std::size_t light;
+    double share;
+};
+
 // The lights for which the cost model favours a shadow, in the order of `order`. Chosen for the
 // scene, not for the view: pictures from lights stay resident while the camera moves.
-std::vector<std::size_t> worthAShadow(const FrameContext& context, const Stage& stage,
-                                      PlanBuilder& builder, const std::vector<std::size_t>& order,
-                                      double pixels) {
+std::vector<ShadowedLight> worthAShadow(const FrameContext& context, const Stage& stage,
+                                        PlanBuilder& builder, const std::vector<std::size_t>& order,
+                                        double pixels) {
     const std::vector<double> shares = sharesOf(stage);
     const double tolerance = toleranceOf(stage.settings.accuracy.preset);
-    std::vector<std::size_t> chosen;
+    std::vector<ShadowedLight> chosen;
     for (const std::size_t light : order) {
         const double share = shares[light];
         const Subject subject{Subject::Kind::lights, nameOf(stage, light)};
@@ -357,7 +393,7 @@ std::vector<std::size_t> worthAShadow(const FrameContext& context, const Stage& 
                              taken.method,
                              {std::begin(candidates), std::end(candidates)},
                              reason});
-        if (taken.method == Method::shadowMap) chosen.push_back(light);
+        if (taken.method == Method::shadowMap) chosen.push_back({light, share});
     }
     return chosen;
 }
@@ -386,38 +422,34 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
     if (context.convex) {
         return builder.skip(subject, Effect::shadows, "no surface faces another");
     }
-    order = worthAShadow(context, stage, builder, order, pixels);
-    if (order.empty()) return;
-    if (order.size() > kMaxShadows) {
+    std::vector<ShadowedLight> shadowed = worthAShadow(context, stage, builder, order, pixels);
+    if (shadowed.empty()) return;
+    if (shadowed.size() > kMaxShadows) {
         builder.skip(subject, Effect::shadows,
-                     std::to_string(order.size() - kMaxShadows) + " of " +
-                         std::to_string(order.size()) + " lights have no shadow; the brightest " +
-                         std::to_string(kMaxShadows) + " have one");
-        order.resize(kMaxShadows);
+                     std::to_string(shadowed.size() - kMaxShadows) + " of " +
+                         std::to_string(shadowed.size()) +
+                         " lights have no shadow; the brightest " + std::to_string(kMaxShadows) +
+                         " have one");
+        shadowed.resize(kMaxShadows);
     }
     Edges edges = edgesOf(stage.settings.accuracy.preset);
     std::vector<Shadow> shadows;
-    std::optional<std::uint32_t> height;
-    std::uint32_t width = 0;
-    while (!height) {
+    std::optional<MapSize> size;
+    while (!size) {
         shadows.clear();
-        for (const std::size_t light : order) {
-            if (auto shadow = shadowOf(stage, light, edges)) shadows.push_back(*std::move(shadow));
+        for (const auto& [light, share] : shadowed) {
+            if (auto shadow = shadowOf(stage, light, edgesFor(edges, share))) {
+                shadows.push_back(*std::move(shadow));
+            }
         }
         if (shadows.empty()) return;
-        std::stable_sort(shadows.begin(), shadows.end(),
-                         [](const Shadow& a, const Shadow& b) { return a.edge > b.edge; });
-        for (width = edges.sun; width <= kMaxMapEdge && !height; width *= 2) {
-            height = place(shadows, width);
-            if (height && *height > width && width < kMaxMapEdge) height.reset();  // wider instead
-            if (height) break;
-        }
-        if (!height) edges = {edges.sun / 2, edges.cone / 2, edges.face / 2};
+        size = placed(shadows);
+        if (!size) edges = {edges.sun / 2, edges.cone / 2, edges.face / 2};
     }
     TargetSpec spec{.name = "shadows",
                     .format = Format::depth32f,
-                    .width = edgeOfMap(width),
-                    .height = edgeOfMap(*height),
+                    .width = edgeOfMap(size->width),
+                    .height = edgeOfMap(size->height),
                     .residentKey = keyOf("shadow map", stage, shadows)};
     const TargetId target = builder.addTarget(spec);
     plan.shadowMap = target;
