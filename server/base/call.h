@@ -4,6 +4,7 @@
 #include "server/base/problem.h"
 #include "server/base/process.h"
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
@@ -19,10 +20,8 @@ namespace clerestory {
 // Signals the work on a request that its client no longer waits for the answer. Thread-safe.
 class CancellationToken {
 public:
-    bool cancelled() const {
-        const std::lock_guard lock(mutex_);
-        return cancelled_;
-    }
+    // Takes no lock: the caller may hold one that the callback takes.
+    bool cancelled() const { return cancelled_; }
 
     // Calls the callback, if one is set. Only the first call has an effect.
     void cancel() {
@@ -41,8 +40,8 @@ public:
     }
 
 private:
-    mutable std::mutex mutex_;
-    bool cancelled_ = false;
+    std::mutex mutex_;
+    std::atomic<bool> cancelled_ = false;
     std::function<void()> callback_;
 };
 

@@ -36,6 +36,10 @@ double seconds(milliseconds time) {
 
 }  // namespace
 
+Descriptor::~Descriptor() {
+    if (value_ >= 0) close(value_);
+}
+
 EventLoop::EventLoop(Listener& listener, const HttpLimits& limits, std::size_t threads, Hooks hooks,
                      ConnectionCounters& counters, Holdings& holdings)
     : listener_(listener),
@@ -52,10 +56,7 @@ EventLoop::EventLoop(Listener& listener, const HttpLimits& limits, std::size_t t
     }
 }
 
-EventLoop::~EventLoop() {
-    close(wake_);
-    close(epoll_);
-}
+EventLoop::~EventLoop() = default;
 
 void EventLoop::stop() {
     stopping_ = true;

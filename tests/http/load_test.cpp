@@ -195,6 +195,18 @@ TEST(Load, AFrameOfADisconnectedClientMakesWayForTheNext) {
     EXPECT_EQ(server.framesDrawn(), before + 2) << "one before, and the next one";
 }
 
+// The renderer's thread asks with the queue's lock, which the callback takes, too.
+TEST(Load, AskingWhetherAClientLeftDoesNotWaitForTheCallback) {
+    CancellationToken token;
+    std::future<bool> asked;
+    token.onCancel([&] {
+        asked = std::async(std::launch::async, [&] { return token.cancelled(); });
+        EXPECT_EQ(asked.wait_for(std::chrono::seconds(60)), std::future_status::ready);
+    });
+    token.cancel();
+    EXPECT_TRUE(asked.get());
+}
+
 TEST(Load, AClientMaySetADeadline) {
     TestServer server;
     auto client = server.client();
