@@ -4,13 +4,14 @@
 
 namespace clerestory {
 
-WorkerPool::~WorkerPool() {
+void WorkerPool::finish() {
     {
         const std::lock_guard lock(mutex_);
         ending_ = true;
     }
     wake_.notify_all();
     for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
 }
 
 void WorkerPool::run(std::function<void()> work) {

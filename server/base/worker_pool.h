@@ -16,13 +16,16 @@ public:
     explicit WorkerPool(std::size_t maxThreads) : maxThreads_(maxThreads) {
         threads_.reserve(maxThreads);
     }
-    ~WorkerPool();  // after all queued work is done
+    ~WorkerPool() { finish(); }
     WorkerPool(const WorkerPool&) = delete;
     WorkerPool& operator=(const WorkerPool&) = delete;
 
     // `work` must not throw. Throws if there is no thread and none can be started, or if memory is
     // exhausted; then `work` is not run.
     void run(std::function<void()> work);
+
+    // Ends the threads after all queued work is done; run() must not be called any more.
+    void finish();
 
 private:
     void serve();

@@ -36,10 +36,6 @@ double seconds(milliseconds time) {
 
 }  // namespace
 
-Descriptor::~Descriptor() {
-    if (value_ >= 0) close(value_);
-}
-
 EventLoop::EventLoop(Listener& listener, const HttpLimits& limits, std::size_t threads, Hooks hooks,
                      ConnectionCounters& counters, Holdings& holdings)
     : listener_(listener),
@@ -56,7 +52,11 @@ EventLoop::EventLoop(Listener& listener, const HttpLimits& limits, std::size_t t
     }
 }
 
-EventLoop::~EventLoop() = default;
+EventLoop::~EventLoop() {
+    workers_.finish();  // their messages write to wake_
+    close(wake_);
+    close(epoll_);
+}
 
 void EventLoop::stop() {
     stopping_ = true;

@@ -56,19 +56,6 @@ private:
     std::set<std::pair<Clock::time_point, Id>> order_;
 };
 
-// Closes the file descriptor.
-class Descriptor {
-public:
-    Descriptor(int value) : value_(value) {}
-    ~Descriptor();
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    operator int() const { return value_; }
-
-private:
-    const int value_;
-};
-
 class EventLoop {
 public:
     struct Hooks {
@@ -164,8 +151,8 @@ private:
     const Hooks hooks_;
     ConnectionCounters& counters_;
     Holdings& holdings_;
-    const Descriptor epoll_;
-    const Descriptor wake_;
+    int epoll_ = -1;
+    int wake_ = -1;
     std::atomic<bool> stopping_{false};
     bool closing_ = false;  // set by the loop after stopping_
     Clock::time_point acceptPausedUntil_ = Clock::time_point::max();
@@ -174,7 +161,7 @@ private:
     Deadlines deadlines_;
     std::mutex mutex_;
     std::vector<Message> messages_;
-    WorkerPool workers_;  // destroyed first: its work posts messages, which write to wake_
+    WorkerPool workers_;
 };
 
 }  // namespace clerestory

@@ -166,7 +166,7 @@ std::uint32_t heightOf(const Shadow& shadow) {
 }
 
 // Places the pictures in rows, of which none is wider than `width`. Returns the height of the map.
-std::uint32_t place(std::vector<Shadow>& shadows, std::uint32_t width) {
+std::uint32_t placeInRows(std::vector<Shadow>& shadows, std::uint32_t width) {
     std::uint32_t x = 0, y = 0, rowHeight = 0;
     for (Shadow& shadow : shadows) {
         if (x + widthOf(shadow) > width) {
@@ -185,7 +185,7 @@ struct MapSize {
 };
 
 // Places the pictures in the smallest map. Returns its size, or nothing if it would be too large.
-std::optional<MapSize> placed(std::vector<Shadow>& shadows) {
+std::optional<MapSize> placeInSmallestMap(std::vector<Shadow>& shadows) {
     constexpr std::uint32_t kStep = 128;
     std::stable_sort(shadows.begin(), shadows.end(),
                      [](const Shadow& a, const Shadow& b) { return heightOf(a) > heightOf(b); });
@@ -193,11 +193,11 @@ std::optional<MapSize> placed(std::vector<Shadow>& shadows) {
     for (const Shadow& shadow : shadows) least = std::max(least, widthOf(shadow));
     std::optional<MapSize> best;
     for (std::uint32_t width = least; width <= kMaxMapEdge; width += kStep) {
-        const std::uint32_t height = place(shadows, width);
+        const std::uint32_t height = placeInRows(shadows, width);
         if (height > kMaxMapEdge) continue;
         if (!best || width * height < best->width * best->height) best = {width, height};
     }
-    if (best) place(shadows, best->width);
+    if (best) placeInRows(shadows, best->width);
     return best;
 }
 
@@ -443,7 +443,7 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
             }
         }
         if (shadows.empty()) return;
-        size = placed(shadows);
+        size = placeInSmallestMap(shadows);
         if (!size) edges = {edges.sun / 2, edges.cone / 2, edges.face / 2};
     }
     TargetSpec spec{.name = "shadows",
