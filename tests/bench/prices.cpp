@@ -83,7 +83,9 @@ public:
         for (int i = -2; i < rounds_; ++i) {
             FrameRequest request = shape;
             // A captured cube shows the light of the environment, so each frame draws it again.
-            request.environment.intensity = 1.0 + 1e-4 * (i + 3);
+            // Light between surfaces would be computed again.
+            if (!shape.effects.indirectLight) request.environment.intensity = 1.0 + 1e-4 * (i + 3);
+            if (shape.effects.indirectLight && i == -2) renderer_.completeLight(request);
             const Frame frame = renderer_.render(request);
             double sum = 0.0;
             for (const PassTime& pass : frame.passTimes) {
@@ -106,14 +108,17 @@ constexpr double kPixels = double(kWidth) * kHeight;
 
 // Milliseconds per pixel of a wall with this material and these lights.
 double pixelPrice(Measurement& measure, int lights,
-                  const std::function<void(Stage&, Material&)>& finish) {
+                  const std::function<void(Stage&, Material&)>& finish, Shading shading = {}) {
     const auto at = [&](std::uint32_t width, std::uint32_t height) {
         Stage stage("wall");
         finish(stage, stage.material("wall"));
         stage.addWall();
+        if (shading.shadows || shading.surfaceLight) stage.addBall(0.2f, 8);
         stage.addLights(lights);
         Scene scene = stage.take();
-        const FrameRequest request = frameOf(scene, width, height);
+        FrameRequest request = frameOf(scene, width, height);
+        request.effects.shadows = shading.shadows;
+        request.effects.indirectLight = shading.surfaceLight;
         return measure.of(std::move(scene), request, {"surface"});
     };
     return (at(kWidth, kHeight) - at(16, 9)) / (kPixels - 16 * 9);
@@ -136,6 +141,10 @@ void addShading(Measurement& measure, std::vector<Price>& prices, const Prices& 
     const double bare = pixelPrice(measure, 0, plain), lit = pixelPrice(measure, 4, plain);
     add("pixel, no light", bare, model.pixel);
     add("each of 4 lights", (lit - bare) / 4.0, model.pixelLight);
+    add("each of 4 shadows", (pixelPrice(measure, 4, plain, {.shadows = true}) - lit) / 4.0,
+        model.pixelShadow);
+    add("light between surfaces", pixelPrice(measure, 4, plain, {.surfaceLight = true}) - lit,
+        model.pixelSurfaceLight);
     add("each of 3 textures", (pixelPrice(measure, 0, textured) - bare) / 3.0, model.pixelTexture);
     add("pixel, 3 textures, 4 lights", pixelPrice(measure, 4, textured),
         model.pixel + 4.0 * model.pixelLight + 3.0 * model.pixelTexture);
@@ -240,7 +249,7 @@ void addRays(Measurement& measure, std::vector<Price>& prices, const Prices& mod
                       1e6 * (at(false, 1.6f, 4, 4) - large) / 4.0 / pixels(1.6),
                       1e6 * model.rayLight, "ns"});
     const double segment = (at(true, 1.6f, 4) - at(true, 1.6f, 1)) / pixels(1.6) /
-                           (glassRaySegments(true, 4) - glassRaySegments(true, 1));
+                           (glassRaySegments(4) - glassRaySegments(1));
     prices.push_back({"further segment, " + where, 1e6 * segment, 1e6 * model.raySegment, "ns"});
 }
 

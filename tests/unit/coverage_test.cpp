@@ -30,20 +30,56 @@ TEST(Coverage, OverlappingRectanglesCountOnce) {
     EXPECT_EQ(unionShare(std::array{ScreenBox{}}), 0.0);
 }
 
-TEST(Coverage, AreasParallelToTheImageScaleWithTheProjection) {
+// A picture 20 metres high at a distance of 10.
+View squareView() {
     FrameRequest request = lookingFrom({0, 0, 10});
     request.camera.yfov = glm::half_pi<double>();
-    const Scene scene = boxScene();
-    const View view = *planOf(scene, request).passes.at(1).view();
-    const double aspect = 160.0 / 90.0;
+    return *planOf(boxScene(), request).passes.at(1).view();
+}
+constexpr double aspect = 160.0 / 90.0;
+
+TEST(Coverage, FlatFiguresParallelToTheImageScaleWithTheProjection) {
+    const View view = squareView();
     // A square of 1 at 10 metres, in a picture 20 metres high there.
     Bounds box;
     box.add(Bounds{{-0.5f, -0.5f, -10.0f}, {0.5f, 0.5f, -10.0f}});
     const Plane facing{{0, 0, 1}, 10.0};
-    EXPECT_NEAR(areaShare(view, box, 1.0, facing), 1.0 / (20.0 * 20.0 * aspect), 1e-9);
-    // Edge-on the area is 0; behind the eye it is unknown.
-    EXPECT_NEAR(areaShare(view, box, 1.0, Plane{{0, 1, 0}, 0.0}), 0.0, 1e-12);
-    EXPECT_GT(areaShare(view, Bounds{{-1, -1, -1}, {1, 1, 1}}, 1.0, facing), 1.0);
+    const FlatExtent extent = flatExtent(view, box, facing);
+    EXPECT_NEAR(extent.area, 1.0, 1e-4);
+    EXPECT_NEAR(extent.share, 1.0 / (20.0 * 20.0 * aspect), 1e-7);
+    EXPECT_NEAR(flatExtent(view, box, {{0, 1, 0}, 0.0}).share, 0.0, 1e-12) << "edge-on";
+    EXPECT_EQ(flatExtent(view, box, {{0, 0, 1}, 5.0}).area, 0.0) << "does not meet the plane";
+    EXPECT_EQ(flatExtent(view, {{-1, -1, 9}, {1, 1, 9}}, {{0, 0, 1}, -9.0}).share, 0.0)
+        << "behind the eye";
+}
+
+TEST(Coverage, AFloorBelowTheEyeCoversThePictureUpToTheHorizon) {
+    const View view = squareView();
+    const Bounds floor{{-1e4f, -1.0f, -1e4f}, {1e4f, -1.0f, 1e4f}};
+    const FlatExtent extent = flatExtent(view, floor, {{0, 1, 0}, 1.0});
+    EXPECT_NEAR(extent.area, 4e8, 1e4);
+    EXPECT_NEAR(extent.share, 0.5, 1e-3);
+}
+
+// A right triangle has half of the area of its box.
+TEST(Coverage, FlatSurfacesFillTheirBoxesInPart) {
+    const auto shareOf = [](bool square) {
+        Scene scene;
+        MeshDraft draft{.name = "mirror", .hasNormals = true};
+        for (const glm::vec3& at :
+             {glm::vec3(-1, -1, 0), glm::vec3(1, -1, 0), glm::vec3(-1, 1, 0), glm::vec3(1, 1, 0)}) {
+            draft.vertices.push_back({.position = at, .normal = {0, 0, 1}});
+        }
+        draft.indices = {0, 1, 2};
+        if (square) draft.indices.insert(draft.indices.end(), {2, 1, 3});
+        draft.material = addMaterial(scene, mirror());
+        place(scene, addMesh(scene, std::move(draft)), glm::dvec3(0.0));
+        const FramePlan plan = planOf(scene, lookingFrom({0, 0, 5}));
+        return plan.decisions.empty() ? 0.0 : plan.decisions[0].share;
+    };
+    const double height = 10.0 * std::tan(0.45);  // of the picture at the mirror, metres
+    EXPECT_NEAR(shareOf(true), kFlatUnhidden * 4.0 / (height * height * aspect), 0.01);
+    EXPECT_NEAR(shareOf(false), 0.5 * shareOf(true), 0.01);
 }
 
 TEST(Coverage, AreasScaleWithTransforms) {

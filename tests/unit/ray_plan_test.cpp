@@ -110,7 +110,7 @@ TEST(RayPlan, PathsOfRoughRaysAreWorkAndLowerTheError) {
     EXPECT_EQ(pathsOfRay(4, 0.3, true), 4.0);
     EXPECT_LT(tracedError(0.4, 4.0), tracedError(0.4));
     EXPECT_EQ(tracedError(0.05, 4.0), tracedError(0.05));
-    const Work one{.rayPixels = 1e4, .rays = 1.0, .processorRays = true};
+    const Work one{.rayPixels = 1e5, .rays = 1.0, .processorRays = true};
     Work four = one;
     four.paths = 4.0;
     EXPECT_GT(milliseconds(four), 2.0 * milliseconds(one));

@@ -6,31 +6,36 @@
 namespace clerestory {
 namespace {
 
-// Mesa 25 llvmpipe, two cores of an EPYC: `scripts/bench prices`. Triangles are those of whole
-// scenes, smaller and more often clipped than the ball of the benchmark, which takes 5e-5. Shader
-// rays in the chapel: brass figure (1.3 % of the frame) 29 ms, its floor (12 %) 160 ms.
-constexpr Prices kSoftware{.view = 0.3,
-                           .triangle = 1e-4,
-                           .pixel = 3e-5,
-                           .pixelLight = 7e-6,
-                           .pixelTexture = 8e-6,
-                           .copiedPixel = 1e-6,
-                           .mapSample = 3.5e-6,
+// Mesa 25 llvmpipe, two cores of an EPYC: `scripts/bench prices`. The constants are those of whole
+// scenes, whose triangles are smaller and more often clipped and whose textures are larger: up to
+// twice those of the benchmark's plain wall and ball. Shader rays in the chapel: brass figure
+// (1.3 % of the frame) 29 ms, its floor (12 %) 160 ms.
+constexpr Prices kSoftware{.view = 0.4,
+                           .cube = 5.0,
+                           .triangle = 7e-5,
+                           .pixel = 4e-5,
+                           .pixelLight = 5e-6,
+                           .pixelShadow = 1.1e-5,
+                           .pixelSurfaceLight = 2.5e-5,
+                           .pixelTexture = 1.4e-5,
+                           .copiedPixel = 8e-7,
+                           .mapSample = 2.2e-6,
+                           .rayPass = 0.0,
                            .raySurface = 8.0,
                            .rayPixel = 1.6e-3,
                            .rayLight = 0.0,
                            .rayTexture = 0.0,
                            .raySegment = 1.6e-3};
 // The same with rays on the processor, shading of hits included, with the density of `standard`.
-// Chosen for 42 measurements of eleven scenes: the plain ball of the benchmark takes less, and of
-// `raySurface` every further surface.
+// Chosen for 72 measurements of 22 scenes; the plain ball of the benchmark takes less.
 constexpr Prices kProcessorRays = [] {
     Prices prices = kSoftware;
-    prices.raySurface = 2.0;
-    prices.rayPixel = 1.8e-4;
-    prices.rayLight = 1.9e-4;
-    prices.rayTexture = 6e-5;
-    prices.raySegment = 4e-4;
+    prices.rayPass = 6.0;
+    prices.raySurface = 0.5;
+    prices.rayPixel = 2e-4;
+    prices.rayLight = 1.7e-4;
+    prices.rayTexture = 5e-5;
+    prices.raySegment = 3.2e-4;
     return prices;
 }();
 // NVIDIA H200, 16 cores. An empty view takes 0.04 ms, and the draws of a whole scene more. Rays are
@@ -38,12 +43,16 @@ constexpr Prices kProcessorRays = [] {
 // per pixel of flat mirrors, 100 to 380 of curved metal, 100 to 450 of glass. The plain ball of the
 // benchmark takes 2 to 9.
 constexpr Prices kHardware{.view = 0.15,
+                           .cube = 0.0,
                            .triangle = 1e-6,
                            .pixel = 8e-7,
                            .pixelLight = 2e-7,
+                           .pixelShadow = 4e-8,
+                           .pixelSurfaceLight = 0.0,
                            .pixelTexture = 2e-8,
                            .copiedPixel = 2e-7,
                            .mapSample = 4e-8,
+                           .rayPass = 0.0,
                            .raySurface = 0.2,
                            .rayPixel = 1.1e-4,
                            .rayLight = 0.0,
@@ -72,10 +81,12 @@ constexpr double kRoughRay = 0.1;
 double rayMilliseconds(const Work& work, const Prices& p) {
     if (!(work.rayPixels > 0.0)) return 0.0;
     // A flat mirror has fewer than one ray per pixel; see flatRays().
-    const double first = std::min(work.rays, 1.0) * (p.rayPixel + p.rayLight * work.shading.lights +
-                                                     p.rayTexture * work.shading.textures);
+    const double hit = p.rayLight * work.shading.lights + p.rayTexture * work.shading.textures +
+                       p.raySegment * glassRaySegments(4) * work.shading.glass;
+    const double first = std::min(work.rays, 1.0) * (p.rayPixel + work.hits * hit);
     const double further = p.raySegment * std::max(work.rays - 1.0, 0.0);
-    return p.raySurface + work.density * work.paths * work.rayPixels * (first + further);
+    return p.rayPass / work.sharing + p.raySurface +
+           work.density * work.paths * work.rayPixels * (first + further);
 }
 
 }  // namespace
@@ -87,12 +98,14 @@ const Prices& pricesOf(bool software, bool processorRays) {
 
 double milliseconds(const Work& work) {
     const Prices& p = pricesOf(work.software, work.processorRays);
-    const double pixel =
-        p.pixel + p.pixelLight * work.shading.lights + p.pixelTexture * work.shading.textures;
-    const double drawn = p.view * work.views + p.triangle * work.triangles + pixel * work.pixels +
-                         p.copiedPixel * work.copiedPixels + p.mapSample * work.mapSamples;
-    // A comparison of four depths takes about two textures.
-    return drawn / std::max(1.0, work.frames) + 2.0 * p.pixelTexture * work.lookups +
+    const Shading& shading = work.shading;
+    const double light = p.pixelLight + (shading.shadows ? p.pixelShadow : 0.0);
+    const double pixel = p.pixel + light * shading.lights + p.pixelTexture * shading.textures +
+                         (shading.surfaceLight ? p.pixelSurfaceLight : 0.0);
+    const double drawn = p.view * work.views + p.cube * work.cubes + p.triangle * work.triangles +
+                         pixel * work.pixels + p.copiedPixel * work.copiedPixels / work.sharing +
+                         p.mapSample * work.mapSamples;
+    return drawn / std::max(1.0, work.frames) + p.pixelShadow * work.lookups +
            rayMilliseconds(work, p);
 }
 
@@ -179,8 +192,8 @@ double flatRays(bool processorRays) {
 double rayDensity(Preset preset, bool processorRays) {
     return processorRays && preset == Preset::draft ? 0.65 : 1.0;
 }
-double glassRaySegments(bool solid, std::uint32_t bounces) {
-    return solid ? std::min(4.0, 1.0 + bounces) : 2.0;
+double glassRaySegments(std::uint32_t bounces) {
+    return std::min(4.0, 1.0 + bounces);
 }
 
 // In an animated scene the next frame shows another time, which invalidates most cubes.

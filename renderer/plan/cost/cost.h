@@ -16,26 +16,33 @@ namespace clerestory {
 
 // Prices of work, milliseconds; `scripts/bench prices` measures each of them.
 struct Prices {
-    double view;          // per child view
-    double triangle;      // per triangle drawn
-    double pixel;         // per pixel shaded, without lights and textures
-    double pixelLight;    // per pixel and light that reaches it
-    double pixelTexture;  // per pixel and texture
-    double copiedPixel;   // per pixel copied without shading
-    double mapSample;     // per direction and texel of a prefiltered cube
-    double raySurface;    // per surface that traces rays
-    double rayPixel;      // per pixel with a ray
-    double rayLight;      // per such pixel and light that reaches what its ray hits
-    double rayTexture;    // per such pixel and texture of what its ray hits
-    double raySegment;    // per such pixel and further segment of its ray
+    double view;               // per child view
+    double cube;               // per captured cube, apart from its views and map samples
+    double triangle;           // per triangle drawn
+    double pixel;              // per pixel shaded, without lights and textures
+    double pixelLight;         // per pixel and light that reaches it
+    double pixelShadow;        // per pixel and such light with a shadow map
+    double pixelSurfaceLight;  // per pixel that shows light between surfaces
+    double pixelTexture;       // per pixel and texture
+    double copiedPixel;        // per pixel copied without shading
+    double mapSample;          // per direction and texel of a prefiltered cube
+    double rayPass;            // per view that traces rays
+    double raySurface;         // per surface that traces rays
+    double rayPixel;           // per pixel with a ray
+    double rayLight;           // per such pixel and light that reaches what its ray hits
+    double rayTexture;         // per such pixel and texture of what its ray hits
+    double raySegment;         // per such pixel and further segment of its ray
 };
 // Of a driver, software or not; processorRays: rays are followed on the processor.
 const Prices& pricesOf(bool software, bool processorRays);
 
 // What shading a point of a scene takes, on average.
 struct Shading {
-    double lights = 0.0;    // that reach it
-    double textures = 0.0;  // of its material
+    double lights = 0.0;        // that reach it
+    double textures = 0.0;      // of its material
+    double glass = 0.0;         // fraction of the surfaces that are glass, 0..1
+    bool shadows = false;       // lights have shadow maps
+    bool surfaceLight = false;  // it shows light between surfaces
 };
 
 // The work that a method adds to a frame.
@@ -43,12 +50,15 @@ struct Work {
     double triangles = 0.0;     // drawn in child views
     double pixels = 0.0;        // shaded in child views
     double views = 0.0;         // child views
+    double cubes = 0.0;         // captured cubes
     double copiedPixels = 0.0;  // copied without shading
     double mapSamples = 0.0;    // texels of a prefiltered cube times directions per texel
     double rayPixels = 0.0;     // pixels of the parent view that trace rays
     double rays = 0.0;          // ray segments per such pixel
     double paths = 1.0;         // that share such a ray; see pathsOfRay()
     double density = 1.0;       // see rayDensity()
+    double hits = 1.0;          // fraction of the rays that meet a surface, 0..1
+    double sharing = 1.0;       // surfaces that share the copied pixels or the pass of the rays
     double lookups = 0.0;       // of shadows in pixels of the parent view
     double frames = 1.0;        // frames that share the drawn work
     Shading shading;
@@ -101,8 +111,8 @@ double flatRays(bool processorRays);
 // Rays relative to those of `standard`: pixels between two rays whose results agree have the mean
 // of both.
 double rayDensity(Preset preset, bool processorRays);
-// Number of segments of a ray through a piece of glass, for Work::rays.
-double glassRaySegments(bool solid, std::uint32_t bounces);
+// Number of segments of a ray through a piece of glass, for Work::rays; panes have two faces, too.
+double glassRaySegments(std::uint32_t bounces);
 
 // Number of frames that share the cost of a captured cube. It does not depend on resident maps:
 // otherwise one request could give two different pictures.

@@ -34,20 +34,24 @@ bool reflectStoredMap(ViewContext& context, const ViewTask& task, SeenSurface& s
     return true;
 }
 
+// reflectors: curved ones in the view, this one included.
 std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
-                                     const SeenSurface& s, const CapturePoint& point) {
+                                     const SeenSurface& s, const CapturePoint& point,
+                                     double reflectors) {
     const DeviceLimits& limits = context.frame.limits;
     const double roughness = s.surface->roughness;
     const double apart = point.placed ? 0.0 : apartFromCenter(context, *s.surface, point);
     // The faces of a cube show the cubes of other reflectors, captured one generation before.
     const double cubes = context.curvedReflectors > 1 ? task.probeGeneration : 1.0;
     const double faceTexels = cubes * point.resolution * point.resolution;
+    const double enclosed = enclosureAt(context, task, s.box);
     std::vector<Candidate> candidates{
-        {Method::environment, 0.0, environmentError(roughness, enclosureAt(context, task, s.box))},
+        {Method::environment, 0.0, environmentError(roughness, enclosed)},
         {Method::probe,
          milliseconds({.triangles = 2.0 * cubes * double(context.sceneTriangles),
                        .pixels = 6.0 * faceTexels,
                        .views = 6.0 * cubes,
+                       .cubes = cubes,
                        .mapSamples = 8.0 * faceTexels *  // six faces and their levels
                                      context.stage.settings.accuracy.probeSamples,
                        .frames = framesPerCapture(!context.moves.empty()),
@@ -64,6 +68,8 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                                             .rays = 1.0,
                                             .paths = paths,
                                             .density = rayDensity(a.preset, processorRays),
+                                            .hits = enclosed,
+                                            .sharing = reflectors,
                                             .shading = context.shading,
                                             .software = limits.software,
                                             .processorRays = processorRays}),
@@ -96,6 +102,9 @@ void planCurvedReflections(ViewContext& context, const ViewTask& task, SeenView&
                            DrawScene& drawn) {
     const Stage& stage = context.stage;
     if (!stage.settings.effects.environmentReflection) return;
+    const auto reflectors = static_cast<double>(std::count_if(
+        seen.surfaces.begin(), seen.surfaces.end(),
+        [](const SeenSurface& s) { return s.surface->reflector == Reflector::curved; }));
     for (SeenSurface& s : seen.surfaces) {
         if (s.surface->reflector != Reflector::curved) continue;
         const bool namesMap = !stage.material(*s.surface).environmentMap.empty();
@@ -123,7 +132,7 @@ void planCurvedReflections(ViewContext& context, const ViewTask& task, SeenView&
         if (point.placed || point.blur.changes()) forced = Method::probe;
         const Method method = chooseMethod(
             context, task, {point.subject, Effect::environmentReflection, s.share, weight, forced},
-            candidatesFor(context, task, s, point));
+            candidatesFor(context, task, s, point, reflectors));
         if (method == Method::traced) s.features |= FEATURE_TRACED_REFLECTION;
         if (method == Method::probe) reflectCapturedCube(context, task, s, point, drawn);
     }

@@ -196,10 +196,11 @@ MirrorPicture pictureOf(const MirrorGroup& group, const ViewTask& task, const Ac
     return picture;
 }
 
+// mirrors: in the view, this one included.
 std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                                      const SeenView& seen, const MirrorGroup& group,
                                      const MirrorPicture& picture,
-                                     std::span<const std::size_t> hidden) {
+                                     std::span<const std::size_t> hidden, double mirrors) {
     const DeviceLimits& limits = context.frame.limits;
     const SeenView behind = seenFrom(context.stage, picture.view, hidden);
     const double enclosed = enclosureAt(context, task, seen.surfaces[group.seen.front()].box);
@@ -221,6 +222,8 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                                             .rays = flatRays(processorRays),
                                             .paths = paths,
                                             .density = rayDensity(a.preset, processorRays),
+                                            .hits = enclosed,
+                                            .sharing = mirrors,
                                             .shading = context.shading,
                                             .software = limits.software,
                                             .processorRays = processorRays}),
@@ -293,7 +296,7 @@ TargetId drawPicture(ViewContext& context, const ViewTask& task, const MirrorGro
 
 // Chooses the method for one group, and marks its surfaces.
 void planGroup(ViewContext& context, const ViewTask& task, SeenView& seen, DrawScene& drawn,
-               const MirrorGroup& group) {
+               const MirrorGroup& group, double mirrors) {
     const Accuracy& a = context.stage.settings.accuracy;
     if (task.mirrorsLeft == 0) {
         skip(context, task, group.subject, Effect::planarReflection,
@@ -319,7 +322,7 @@ void planGroup(ViewContext& context, const ViewTask& task, SeenView& seen, DrawS
                             : requestedMethod(a.planar, Method::mirror);
     const Method method = chooseMethod(
         context, task, {group.subject, Effect::planarReflection, group.share, group.weight, forced},
-        candidatesFor(context, task, seen, group, picture, hidden));
+        candidatesFor(context, task, seen, group, picture, hidden, mirrors));
     if (method == Method::environment) return;
     for (const std::size_t s : group.seen) {
         const bool byCoat = seen.surfaces[s].surface->reason == ReflectorReason::clearcoat;
@@ -366,7 +369,7 @@ void planPlanarReflections(ViewContext& context, const ViewTask& task, SeenView&
     for (const MirrorGroup& group : groups) {
         const bool drawsIt =
             std::find(strongest.begin(), strongest.end(), &group) != strongest.end();
-        if (drawsIt) planGroup(context, task, seen, drawn, group);
+        if (drawsIt) planGroup(context, task, seen, drawn, group, double(strongest.size()));
     }
 }
 

@@ -29,6 +29,7 @@ struct GlassBody {
     Bounds box;                      // relative to the eye
     double share = 0.0;              // fraction of the picture, 0..1
     double roughness = 0.0;          // of the roughest surface, 0..1
+    double triangles = 0.0;          // in view
 };
 GlassBody bodyFrom(const SeenView& seen, std::size_t first) {
     GlassBody body{.first = first, .end = first};
@@ -39,21 +40,40 @@ GlassBody bodyFrom(const SeenView& seen, std::size_t first) {
         body.box.add(side.box);
         body.share = std::min(1.0, body.share + side.share);
         body.roughness = std::max(body.roughness, double{side.surface->roughness});
+        for (const SeenCluster& c : side.clusters) body.triangles += c.indexCount / 3.0;
     }
     return body;
 }
 
+std::vector<GlassBody> glassBodies(const SeenView& seen) {
+    std::vector<GlassBody> bodies;
+    for (std::size_t first = 0; first < seen.surfaces.size();) {
+        const GlassBody body = bodyFrom(seen, first);
+        if (seen.surfaces[first].surface->glass != Glass::none) bodies.push_back(body);
+        first = body.end;
+    }
+    return bodies;
+}
+
+// A copy with its blurred levels takes as much as so many copies, and a pixel that looks through
+// glass at a copy as so many pixels of other surfaces.
+constexpr double kCopiesWithLevels = 3.5, kGlassPixel = 1.5;
+
+// bodies: pieces of glass in the view, this one included.
 std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
-                                     const GlassBody& body, bool solid) {
+                                     const GlassBody& body, bool solid, double bodies) {
     const Accuracy& a = context.stage.settings.accuracy;
     const DeviceLimits& limits = context.frame.limits;
     const double pixels = body.share * task.width * task.height;
+    // Rough glass reads levels of the copy.
+    const double copies = body.roughness > kSharpRoughness ? kCopiesWithLevels : 1.0;
     std::vector<Candidate> candidates{
         {Method::environment, 0.0, glassEnvironmentError(enclosureAt(context, task, body.box))},
         {Method::backdrop,
-         milliseconds({.pixels = pixels,
-                       .views = 1.0,
-                       .copiedPixels = double(task.width) * task.height,
+         milliseconds({.triangles = solid && a.backFaces ? body.triangles : 0.0,
+                       .pixels = kGlassPixel * pixels,
+                       .copiedPixels = copies * task.width * task.height,
+                       .sharing = std::max(1.0, bodies / 3.0),
                        .shading = context.shading,
                        .software = limits.software}),
          backdropError(solid, a.backFaces)}};
@@ -62,9 +82,10 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
         const double paths = pathsOfRay(a.raySamples, body.roughness, processorRays);
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = pixels,
-                                            .rays = glassRaySegments(solid, a.bounces),
+                                            .rays = glassRaySegments(a.bounces),
                                             .paths = paths,
                                             .density = rayDensity(a.preset, processorRays),
+                                            .sharing = bodies,
                                             .software = limits.software,
                                             .processorRays = processorRays}),
                               tracedError(body.roughness, paths)});
@@ -136,11 +157,9 @@ TargetId addBackFaces(ViewContext& context, const ViewTask& task, std::vector<Dr
 void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen) {
     const Stage& stage = context.stage;
     if (!stage.settings.effects.refraction) return;
-    for (std::size_t first = 0, end = 0; first < seen.surfaces.size(); first = end) {
-        const GlassBody body = bodyFrom(seen, first);
-        end = body.end;
-        const Surface& surface = *seen.surfaces[first].surface;
-        if (surface.glass == Glass::none) continue;
+    const std::vector<GlassBody> bodies = glassBodies(seen);
+    for (const GlassBody& body : bodies) {
+        const Surface& surface = *seen.surfaces[body.first].surface;
         const Subject subject{Subject::Kind::glass, objectName(stage.scene, surface)};
         if (body.share * task.width * task.height < 1.0) {
             skip(context, task, subject, Effect::refraction, "smaller than a pixel");
@@ -153,14 +172,14 @@ void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen
                          {subject, Effect::refraction, body.share,
                           weightOf(body, stage.settings.accuracy.preset),
                           requestedMethod(stage.settings.accuracy.glass, Method::backdrop)},
-                         candidatesFor(context, task, body, solid));
+                         candidatesFor(context, task, body, solid, double(bodies.size())));
         Features features = featuresOf(stage.material(surface), method);
         if (solid) features |= FEATURE_SOLID;
         // From inside a body the eye sees the backs of its faces.
-        if (solid && distanceTo(objectBounds(stage, task.view, seen.surfaces[first])) == 0.0) {
+        if (solid && distanceTo(objectBounds(stage, task.view, seen.surfaces[body.first])) == 0.0) {
             features |= FEATURE_DOUBLE_SIDED;
         }
-        for (std::size_t i = first; i < end; ++i) {
+        for (std::size_t i = body.first; i < body.end; ++i) {
             seen.surfaces[i].features |= features;
             seen.surfaces[i].overBackdrop = method == Method::backdrop;
         }

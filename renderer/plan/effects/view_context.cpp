@@ -34,12 +34,16 @@ Shading meanShading(const Stage& stage) {
         std::uint32_t reaching = 0;
         sum.lights += lightsReaching(stage.lights, origin, box, reaching).count;
         sum.textures += texturesOf(stage.material(surface));
+        sum.glass += surface.glass != Glass::none ? 1.0 : 0.0;
         weights += 1.0;
     }
     if (weights > 0.0) {
         sum.lights /= weights;
         sum.textures /= weights;
+        sum.glass /= weights;
     }
+    sum.shadows = stage.settings.effects.shadows;
+    sum.surfaceLight = stage.settings.effects.indirectLight;
     return sum;
 }
 

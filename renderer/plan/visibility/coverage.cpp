@@ -45,8 +45,7 @@ double unionShare(std::span<const ScreenBox> boxes) {
     return std::min({1.0, sum, all.share() * cells / (kCells * kCells)});
 }
 
-double areaShare(const View& view, const Bounds& box, double area,
-                 const std::optional<Plane>& plane) {
+double areaShare(const View& view, const Bounds& box, double area) {
     if (box.empty()) return 0.0;
     // Fraction of the picture that an area of 1 facing the eye at depth 1 covers.
     const double perArea = 0.25 * std::abs(view.clipFromView[0][0] * view.clipFromView[1][1]);
@@ -55,14 +54,10 @@ double areaShare(const View& view, const Bounds& box, double area,
     const double nearest = glm::dot(forward, glm::dvec3(box.center())) - half;
     // Outline of a convex body, mean over directions, relative to its surface: 1/4 (Cauchy).
     constexpr double kOutline = 0.25;
-    if (view.orthographic) {
-        return perArea * area * (plane ? std::abs(glm::dot(plane->normal, forward)) : kOutline);
-    }
+    if (view.orthographic) return perArea * area * kOutline;
     if (!(nearest > 0.0)) return 2.0;  // reaches behind the eye
-    // An element dA at P with normal n projects to dA (n . P) / depth^3 on the plane at depth 1.
     // The mean of 1 / depth^2 over an interval of depths is 1 / (nearest * farthest).
-    return plane ? perArea * area * std::abs(plane->offset) / (nearest * nearest * nearest)
-                 : perArea * area * kOutline / (nearest * (nearest + 2.0 * half));
+    return perArea * area * kOutline / (nearest * (nearest + 2.0 * half));
 }
 
 double transformedArea(const glm::dmat4& worldFromMesh, double area,
@@ -76,10 +71,10 @@ double transformedArea(const glm::dmat4& worldFromMesh, double area,
 }
 
 double shareOf(const View& view, std::span<const ScreenBox> clusters, const Bounds& box,
-               double area, const std::optional<Plane>& plane) {
+               double area) {
     double sum = 0.0;
     for (const ScreenBox& cluster : clusters) sum += cluster.share();
-    return std::min({1.0, kBoxFill * sum, unionShare(clusters), areaShare(view, box, area, plane)});
+    return std::min({1.0, kBoxFill * sum, unionShare(clusters), areaShare(view, box, area)});
 }
 
 }  // namespace clerestory

@@ -223,18 +223,40 @@ Cluster joinedClusters(const Stage& stage, const Mesh& mesh, std::uint32_t& clus
     return sum;
 }
 
-// For meshes of many small objects: each cluster has a part of the area in proportion to its
-// triangles, and its own distance.
-double shareOfClusters(const Stage& stage, const View& view, const SeenSurface& seen, double area) {
-    const Surface& surface = *seen.surface;
+double indexCount(const Stage& stage, const Surface& surface) {
     double indices = 0.0;
     for (std::uint32_t c = 0; c < surface.clusterCount; ++c) {
         indices += stage.scene.clusters[surface.firstCluster + c].indexCount;
     }
+    return std::max(indices, 1.0);
+}
+
+// The fraction of the triangles of the surface that are in view, 0..1.
+double seenTriangles(const Stage& stage, const SeenSurface& seen) {
+    double indices = 0.0;
+    for (const SeenCluster& cluster : seen.clusters) indices += cluster.indexCount;
+    return indices / indexCount(stage, *seen.surface);
+}
+
+// area: of the clusters in view, square metres. They fill the boxes of the clusters in part.
+double shareOfFlat(const View& view, const Plane& plane, const SeenSurface& seen, double area) {
+    FlatExtent sum;
+    for (const SeenCluster& cluster : seen.clusters) {
+        const FlatExtent extent = flatExtent(view, cluster.box, plane);
+        sum.area += extent.area;
+        sum.share += extent.share;
+    }
+    return kFlatUnhidden * sum.share * std::min(1.0, area / std::max(sum.area, 1e-300));
+}
+
+// For meshes of many small objects: each cluster has a part of the area in proportion to its
+// triangles, and its own distance.
+double shareOfClusters(const Stage& stage, const View& view, const SeenSurface& seen, double area) {
+    const double indices = indexCount(stage, *seen.surface);
     double sum = 0.0;
     for (const SeenCluster& cluster : seen.clusters) {
-        const double part = area * cluster.indexCount / std::max(indices, 1.0);
-        sum += std::min(kBoxFill * cluster.share, areaShare(view, cluster.box, part, std::nullopt));
+        const double part = area * cluster.indexCount / indices;
+        sum += std::min(kBoxFill * cluster.share, areaShare(view, cluster.box, part));
     }
     return sum;
 }
@@ -244,14 +266,17 @@ double shareIn(const Stage& stage, const View& view, const glm::dmat4& toEye,
     const Surface& surface = *seen.surface;
     if (surface.flatPart == kNone) {
         const double area = transformedArea(toEye, surface.area, std::nullopt);
-        const double whole = shareOf(view, rects, seen.box, area, std::nullopt);
+        const double whole = shareOf(view, rects, seen.box, area);
         // The constants for rays and backdrops were measured with whole pieces of glass.
         if (surface.glass != Glass::none) return whole;
         return std::min(whole, shareOfClusters(stage, view, seen, area));
     }
     const FlatPart& part = stage.scene.flatParts[surface.flatPart];
     const double area = transformedArea(toEye, surface.area, part.normal);
-    return shareOf(view, rects, seen.box, area, transformed(part.plane(), toEye));
+    const std::optional<Plane> plane = transformed(part.plane(), toEye);
+    if (!plane) return 0.0;  // scaled to nothing
+    return std::min(unionShare(rects),
+                    shareOfFlat(view, *plane, seen, area * seenTriangles(stage, seen)));
 }
 
 // Features that rays through the glass of the scene need.

@@ -43,6 +43,11 @@ Polygon clipped(const Polygon& polygon, const glm::dvec4& plane) {
     return kept;
 }
 
+// The near plane, w >= z, comes first: after it w is positive. Then the edges of the picture.
+constexpr std::array<glm::dvec4, 5> kEdges{glm::dvec4(0, 0, -1, 1), glm::dvec4(1, 0, 0, 1),
+                                           glm::dvec4(-1, 0, 0, 1), glm::dvec4(0, 1, 0, 1),
+                                           glm::dvec4(0, -1, 0, 1)};
+
 // For a box that crosses the plane of the eye, such as a floor below it: its sides are clipped at
 // the near plane and at the edges of the picture. A line of sight that enters the box leaves it
 // through one of its sides.
@@ -50,15 +55,11 @@ ScreenBox clippedScreenBox(const std::array<glm::dvec4, 8>& corners) {
     // Corners in order around each side; the bits of an index are x, y, z.
     constexpr std::array<std::array<std::size_t, 4>, 6> kSides{
         {{0, 2, 6, 4}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 5, 7, 6}}};
-    // The near plane, w >= z, comes first: after it w is positive.
-    constexpr std::array<glm::dvec4, 5> kPlanes{glm::dvec4(0, 0, -1, 1), glm::dvec4(1, 0, 0, 1),
-                                                glm::dvec4(-1, 0, 0, 1), glm::dvec4(0, 1, 0, 1),
-                                                glm::dvec4(0, -1, 0, 1)};
     ScreenBox covered;
     for (const std::array<std::size_t, 4>& side : kSides) {
         Polygon polygon;
         for (const std::size_t i : side) polygon.corners[polygon.count++] = corners[i];
-        for (const glm::dvec4& plane : kPlanes) polygon = clipped(polygon, plane);
+        for (const glm::dvec4& plane : kEdges) polygon = clipped(polygon, plane);
         for (std::size_t i = 0; i < polygon.count; ++i) {
             if (polygon.corners[i].w > 0.0) addCorner(covered, polygon.corners[i]);
         }
@@ -71,6 +72,29 @@ ScreenBox clippedScreenBox(const std::array<glm::dvec4, 8>& corners) {
     covered.low = {snapped(covered.low.x), snapped(covered.low.y)};
     covered.high = {snapped(covered.high.x), snapped(covered.high.y)};
     return covered;
+}
+
+// The part of the plane inside the box.
+Polygon section(const Bounds& box, const Plane& plane) {
+    const glm::dvec3 center(box.center()), half = 0.5 * glm::dvec3(box.extent());
+    const glm::dvec3 n = plane.normal;
+    const glm::dvec3 other = std::abs(n.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    const double reach = 2.0 * glm::length(half);
+    const glm::dvec3 u = reach * glm::normalize(glm::cross(n, other)), v = glm::cross(n, u);
+    const glm::dvec3 middle = center - plane.distance(center) * n;
+    Polygon polygon{.count = 4};
+    polygon.corners = {glm::dvec4(middle - u - v, 1), glm::dvec4(middle + u - v, 1),
+                       glm::dvec4(middle + u + v, 1), glm::dvec4(middle - u + v, 1)};
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const double side : {-1.0, 1.0}) {
+            glm::dvec4 inside(0.0);
+            inside[axis] = side;
+            const double slack = 1e-6 * (reach + std::abs(center[axis]));  // boxes are float
+            inside.w = half[axis] + slack - side * center[axis];
+            polygon = clipped(polygon, inside);
+        }
+    }
+    return polygon;
 }
 
 }  // namespace
@@ -116,6 +140,31 @@ ScreenBox screenBox(const View& view, const Bounds& box) {
     covered.low = glm::clamp(covered.low, -1.0, 1.0);
     covered.high = glm::clamp(covered.high, -1.0, 1.0);
     return covered;
+}
+
+FlatExtent flatExtent(const View& view, const Bounds& box, const Plane& plane) {
+    FlatExtent extent;
+    if (box.empty()) return extent;
+    Polygon polygon = section(box, plane);
+    const auto corner = [&](std::size_t i) { return glm::dvec3(polygon.corners[i]); };
+    glm::dvec3 area(0.0);
+    for (std::size_t i = 2; i < polygon.count; ++i) {
+        area += glm::cross(corner(i - 1) - corner(0), corner(i) - corner(0));
+    }
+    extent.area = 0.5 * glm::length(area);
+    const glm::dmat4 m = clipFromEye(view);
+    for (std::size_t i = 0; i < polygon.count; ++i) polygon.corners[i] = m * polygon.corners[i];
+    for (const glm::dvec4& edge : kEdges) polygon = clipped(polygon, edge);
+    const auto seen = [&](std::size_t i) {
+        return glm::dvec2(polygon.corners[i]) / std::max(polygon.corners[i].w, 1e-300);
+    };
+    double doubled = 0.0;  // of a picture whose area is 4
+    for (std::size_t i = 2; i < polygon.count; ++i) {
+        const glm::dvec2 a = seen(i - 1) - seen(0), b = seen(i) - seen(0);
+        doubled += a.x * b.y - a.y * b.x;
+    }
+    extent.share = std::min(0.125 * std::abs(doubled), 1.0);
+    return extent;
 }
 
 double distanceTo(const Bounds& box) {

@@ -41,6 +41,13 @@ struct ScreenBox {
 // clipped at the near plane.
 ScreenBox screenBox(const View& view, const Bounds& box);
 
+// Of a flat figure: square metres, and the fraction of the picture that it covers, 0..1.
+struct FlatExtent {
+    double area = 0.0, share = 0.0;
+};
+// Of the part of the plane inside the box; both relative to the eye. Zero if they do not meet.
+FlatExtent flatExtent(const View& view, const Bounds& box, const Plane& plane);
+
 // Distance from the eye to the nearest point of the box, metres; 0 if the eye is inside.
 double distanceTo(const Bounds& box);
 
