@@ -107,7 +107,7 @@ glm::dvec3 PathTracer::evalPunctualLights(Path& path, const SurfaceInteraction& 
 }
 
 glm::dvec3 PathTracer::evalAreaLights(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf,
-                                      double specularProbability, double diffuseFactor) const {
+                                      const LobeChoice& choice) const {
     // Estimator weight of light from `towards`, sampled with density `pdf`.
     const auto reflected = [&](const glm::dvec3& towards, double pdf) {
         const glm::dvec3 l = bsdf.frame().toLocal(towards);
@@ -115,13 +115,15 @@ glm::dvec3 PathTracer::evalAreaLights(Path& path, const SurfaceInteraction& poin
             return glm::dvec3(0.0);
         }
         glm::dvec3 sum(0.0);
-        if (specularProbability > 0.0) {
-            sum += bsdf.evalSpecular(l) *
-                   balanceHeuristic(pdf, specularProbability * bsdf.specularPdf(l));
+        const double specularPdf = choice.specular ? bsdf.specularPdf(l) : 0.0;
+        if (specularPdf > 0.0) {
+            const glm::dvec3 lobe = bsdf.evalSpecular(l);
+            const double probability = choice.probability(lobe * (l.z / specularPdf));
+            sum += lobe * balanceHeuristic(pdf, probability * specularPdf);
         }
-        if (specularProbability < 1.0) {
-            sum += bsdf.diffuse() * (diffuseFactor / kPi) *
-                   balanceHeuristic(pdf, (1.0 - specularProbability) * cosineHemispherePdf(l));
+        if (choice.diffuseProbability > 0.0) {
+            sum += choice.diffuse / kPi *
+                   balanceHeuristic(pdf, choice.diffuseProbability * cosineHemispherePdf(l));
         }
         return sum * (l.z / pdf);
     };

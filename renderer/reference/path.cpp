@@ -202,20 +202,17 @@ void PathTracer::scatterInEffects(Path& path, const SurfaceInteraction& point,
 void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
                                const Bsdf& bsdf) const {
     const Bsdf::SpecularSample specular = bsdf.sampleSpecular(path.sampler.get2D());
-    const double specularAlbedo = greatest(bsdf.fresnel(bsdf.toEye().z));
-    const double diffuseAlbedo = greatest(bsdf.diffuse());
-    double probability =
-        diffuseAlbedo > 0.0
-            ? std::clamp(specularAlbedo / (specularAlbedo + diffuseAlbedo), 0.1, 0.9)
-            : 1.0;
+    LobeChoice choice{.diffuse = bsdf.diffuse() * specular.diffuseFactor,
+                      .albedo = greatest(bsdf.diffuse()),
+                      .specular = tracesReflection(point)};
     path.fromCamera = false;
-    if (!tracesReflection(point)) {
+    if (!choice.specular) {
         const glm::dvec3 towards = bsdf.frame().toWorld(specular.direction);
         path.radiance += path.throughput * specular.weight * environmentRadiance(point, towards);
-        probability = 0.0;
     }
-    path.radiance +=
-        path.throughput * evalAreaLights(path, point, bsdf, probability, specular.diffuseFactor);
+    const double probability = choice.probability(specular.weight);
+    choice.diffuseProbability = 1.0 - probability;
+    path.radiance += path.throughput * evalAreaLights(path, point, bsdf, choice);
     if (path.sampler.get1D() < probability) {
         const glm::dvec3 towards =
             clampToHorizon(bsdf.frame().toWorld(specular.direction), point.geometricNormal);
@@ -231,8 +228,7 @@ void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
             true;  // below the surface: the shading normal differs from the geometric one
         return;
     }
-    path.scatter(SceneGeometry::spawnRay(point, towards),
-                 bsdf.diffuse() * (specular.diffuseFactor / (1.0 - probability)),
+    path.scatter(SceneGeometry::spawnRay(point, towards), choice.diffuse / (1.0 - probability),
                  (1.0 - probability) * std::max(cosineHemispherePdf(l), 1e-9));
     path.footprint = {};
 }

@@ -105,9 +105,22 @@ private:
     // shadows.
     glm::dvec3 evalPunctualLights(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf,
                                   double diffuseScale) const;
+    // How a path continues. The specular direction is sampled first and taken in proportion to its
+    // weight: a fixed probability would make paths at grazing angles several times as heavy.
+    struct LobeChoice {
+        glm::dvec3 diffuse{0.0};  // albedo, less what the sampled microfacet reflects
+        double albedo = 0.0;      // greatest channel of the diffuse albedo
+        bool specular = true;     // the specular direction is followed
+        double diffuseProbability = 0.0;
+        // Of following the specular direction whose weight (lobe * cosine / pdf) is this.
+        double probability(const glm::dvec3& weight) const {
+            if (!specular) return 0.0;
+            return albedo > 0.0 ? greatest(weight) / (greatest(weight) + albedo) : 1.0;
+        }
+    };
     // The environment and emissive triangles, one sample each, weighted against sampling the BSDF.
     glm::dvec3 evalAreaLights(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf,
-                              double specularProbability, double diffuseFactor) const;
+                              const LobeChoice& choice) const;
     // Transmittance along the ray up to tMax. Glass does not refract here: light passes straight
     // through.
     glm::dvec3 transmittance(Ray ray, bool throughGlass) const;
