@@ -13,6 +13,9 @@ constexpr int kMaxBounces = 1200;
 // Highlights of rougher lobes are not averaged over the footprint.
 constexpr double kMaxAveragedRoughness = 0.6;
 constexpr double kMaxDiscRadius2 = 0.5;
+// Diameter of the cone of a diffuse bounce, radians: its solid angle is that of the cosine, pi.
+// Few samples would blur the light of mirrors too far.
+constexpr double kDiffuseSpread = 2.0, kMaxDiffuseSpread = 0.3;
 
 // Russian roulette: the probability that a path of this throughput continues. In mode `effects`,
 // where all bounces are specular, only dim paths are terminated early.
@@ -230,7 +233,7 @@ void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
     }
     path.scatter(SceneGeometry::spawnRay(point, towards), choice.diffuse / (1.0 - probability),
                  (1.0 - probability) * std::max(cosineHemispherePdf(l), 1e-9));
-    path.footprint = {};
+    path.footprint.spread = std::min(kDiffuseSpread * path.footprint.fraction, kMaxDiffuseSpread);
 }
 
 }  // namespace clerestory::reference

@@ -51,8 +51,8 @@ public:
                ReferenceMode mode);
 
     // One sample of the radiance along the ray. Highlights of punctual lights are averaged over the
-    // footprint, so that few samples find them; the bias decreases with the footprint (Kaplanyan
-    // and Dachsbacher 2013).
+    // footprint, so that few samples find them, on a floor in the light of a mirror too; the bias
+    // decreases with the footprint (Kaplanyan and Dachsbacher 2013).
     glm::dvec3 radiance(const Ray& ray, Sampler& sampler,
                         const PixelFootprint& footprint = {}) const;
 
