@@ -13,7 +13,7 @@ out vec4 color;
 const float kMinContrast = 0.03f;
 const float kMinShare = 0.12f;
 // Pixels along the edge, each way. Long for edges near the axes, whose steps are long.
-const float kReach = 3.0f;
+const float kReach = 2.0f;
 
 void main() {
     vec2 texel = 1.0f / vec2(textureSize(source, 0));

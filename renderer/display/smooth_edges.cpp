@@ -16,7 +16,7 @@ namespace {
 constexpr int kMinContrast = 8;  // codes
 constexpr float kMinShare = 0.12f;
 // Pixels along the edge, each way. Long for edges near the axes, whose steps are long.
-constexpr float kReach = 3.0f;
+constexpr float kReach = 2.0f;
 // Pixels that are tested at once.
 constexpr int kGroup = 32;
 

@@ -20,7 +20,7 @@ using glm::vec4, glm::ivec4, glm::mat4;
 
 static_assert(sizeof(ViewBlock) == 256);
 static_assert(sizeof(ReflectionBlock) == 144);
-static_assert(sizeof(MaterialBlock) == 320);
+static_assert(sizeof(MaterialBlock) == 336);
 static_assert(sizeof(LayerBlock) == 464);
 static_assert(sizeof(FilterBlock) == 64);
 

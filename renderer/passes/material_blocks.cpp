@@ -52,6 +52,7 @@ blocks::MaterialBlock materialBlock(const Material& m) {
     for (std::size_t i = 0; i < BASE_SLOTS; ++i) {
         setTexCoordRows(*slots[i], &block.texCoordRows[2 * i]);
     }
+    block.sides.x = m.doubleSided ? 1.0f : 0.0f;
     return block;
 }
 

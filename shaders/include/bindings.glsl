@@ -98,8 +98,8 @@
 #define TRACE_TRIANGLE_ROWS 3
 #define TRACE_VERTEX_PAIRS 9
 #define TRACE_INSTANCE_ROWS 7
-#define TRACE_MATERIAL_ROWS 49
-#define TRACE_LAYERS 20  // a LayerBlock follows the MaterialBlock
+#define TRACE_MATERIAL_ROWS 50
+#define TRACE_LAYERS 21  // a LayerBlock follows the MaterialBlock
 #define TRACE_TEXTURE_ROWS 16  // a row about it, and one for each level
 
 // What a traced material is, bit by bit; PANE and SOLID are of an instance.

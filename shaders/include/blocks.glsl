@@ -24,6 +24,7 @@ BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)
     vec4 glass;             // transmission, ior, thickness (mesh space), attenuation distance
     vec4 attenuation;       // rgb; w: what the dielectric lobe reflects edge-on
     vec4 texCoordRows[14];  // slot s: u = dot(row[2s].xyz, (uv, 1)), v by row[2s + 1]; w: which set
+    vec4 sides;             // x: 1 if both are drawn, else 0
 BLOCK_END(material)
 
 BLOCK_BEGIN(LayerBlock, BINDING_LAYERS)

@@ -361,6 +361,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     point.specular = dielectric.w;
     // As materialBlock() has it.
     point.grazing = dielectric.w * min(9.0f * (p.glass.y - 1.0f) / (p.glass.y + 1.0f), 1.0f);
+    point.twoSided = (p.flags & TRACE_DOUBLE_SIDED) != 0 ? 1.0f : 0.0f;
     if (hitLayered(LAYER_SPECULAR_MAP)) {
         float factor = slotAtHit(m, SLOT_SPECULAR, uv, footprint, false).a;
         point.dielectricF0 *= factor;

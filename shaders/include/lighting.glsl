@@ -41,6 +41,7 @@ struct Surface {
     float sheenAlbedo;
     float belowSheen, belowClearcoat;  // factors of these layers on the layers below them
     // For lamps, the same for each of them:
+    float shadowOffset;  // see shadowAt()
     float alphaSquared;
     float masking;  // Smith's root for the eye
     vec3 bounces;   // factor for several bounces between microfacets (Turquin 2019)
@@ -103,6 +104,7 @@ Surface surfaceOf(MaterialPoint m, vec3 toEye, float leastCosine) {
     s.alphaSquared = alpha * alpha;
     s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
     s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
+    s.shadowOffset = m.twoSided > 0.5f ? kTwoSidedShadowOffset : kOneSidedShadowOffset;
     s.averages = false;
     s.belowSheen = 1.0f;
     s.belowClearcoat = 1.0f;
@@ -281,7 +283,7 @@ vec3 sunLight(Surface s, vec3 position, int first) {
     float nDotL = dot(s.normal, toLight);
     vec3 power = texelFetch(lightTable, first + 1).rgb;
     if (viewHas(VIEW_SHADOWS)) {
-        power *= shadowAt(position, sideOf(s, nDotL), toLight, toLight, 0.0f, first);
+        power *= shadowAt(position, s.shadowOffset * sideOf(s, nDotL), toLight, toLight, 0.0f, first);
     }
     return power * evalDirectLight(s, toLight, nDotL);
 }
@@ -323,7 +325,7 @@ vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
     if (isLit(lamp.nDotL) && lamp.falloff > 0.0f) {
         vec3 light = lamp.power * lamp.falloff;
         if (viewHas(VIEW_SHADOWS)) {
-            light *= shadowAt(position, sideOf(s, lamp.nDotL), lamp.place, lamp.toLight, lamp.metres,
+            light *= shadowAt(position, s.shadowOffset * sideOf(s, lamp.nDotL), lamp.place, lamp.toLight, lamp.metres,
                               first);
         }
         if (maxComponent(light) > 0.0f) sum = light * evalDirectLight(s, lamp.toLight, lamp.nDotL);

@@ -31,6 +31,7 @@ struct MaterialPoint {
     vec3 dielectricF0;  // at normal incidence, of the dielectric part; scaled by `specular`
     float specular;     // of the dielectric lobe at every angle (KHR_materials_specular)
     float grazing;      // what that lobe reflects edge-on
+    float twoSided;     // 1 if both sides are drawn, else 0
     vec3 normal;        // unit, bumps included, on the side that is seen
     float occlusion;    // of indirect light
     vec3 emitted;       // added after everything else; only a coat dims it

@@ -2,8 +2,9 @@
 // 0 far away. The six pictures around a lamp have the axes of eye space. Compiled as GLSL and as C++
 // (renderer/rays/shader_code.h).
 
-// A receiver is moved off its surface by this number of texels of the map.
-const float kShadowOffset = 1.5f;
+// A receiver is moved off its surface by this number of texels of the map. The lit side of a two-sided
+// surface is in the map, that of a one-sided surface is not: its offset keeps contacts closed.
+const float kTwoSidedShadowOffset = 1.5f, kOneSidedShadowOffset = 0.5f;
 
 // Face of a cube about the lamp, its coordinates, 0..1, and the distance along its axis.
 vec4 shadowFace(vec3 way) {
@@ -126,18 +127,19 @@ float softShadow(vec4 c, vec3 place, vec3 toLight, float metres, int first, vec4
 // Tinted points are farther from the lamp than the glass. The factors allow for its depth in halves.
 const float kBehindGlass = 0.998f, kBehindGlassOfSun = 6e-4f;
 
-// The share of the lamp's light that reaches a surface. position: in eye space; place: of the lamp,
-// or direction; first: the lamp's rows in the table.
-vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first) {
+// The share of the lamp's light that reaches a surface. position: in eye space; offset: its normal
+// times the texels by which it is moved; place: of the lamp, or direction; first: the lamp's rows in
+// the table.
+vec3 shadowAt(vec3 position, vec3 offset, vec3 place, vec3 toLight, float metres, int first) {
     vec4 about = texelFetch(lightTable, first + 3);  // kind, texel: slope and metres, near
     vec4 tile = texelFetch(lightTable, first + 4);  // corner and edge, texels; a texel of the edge
-    vec3 p = position + normal * (kShadowOffset * (about.y * metres + about.z));
+    vec3 p = position + offset * (about.y * metres + about.z);
     bool six = hasSixPictures(about);
     vec4 c = shadowCoordinates(vec4(p, 1.0f), place, first, six);
     ShadowPlace s = shadowPlace(c, six, about, tile);
     float lit = 1.0f;
     // Sides that face away from the lamp receive no light from it.
-    if (dot(normal, toLight) > 0.0f && about.x > 0.5f) {
+    if (dot(offset, toLight) > 0.0f && about.x > 0.5f) {
         lit = texture(shadowMap, vec3(s.at, s.depth));
         if (viewHas(VIEW_SHADOWS_SOFT) && texelFetch(lightTable, first + 9).x > 0.0f) {
             lit = softShadow(c, place, toLight, metres, first, about, tile, s.inside ? lit : 1.0f);

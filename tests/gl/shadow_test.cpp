@@ -218,6 +218,36 @@ TEST_F(Shadows, ABallAloneLooksAsWithout) {
     }
 }
 
+// A ball on a floor, seen from within through the backs of its faces. A far body makes the texels
+// of the map 6 cm wide. Half a texel above the floor is outside the ball up to 17 cm from the point
+// of contact, and texels that show the ball there reach 6 cm further.
+TEST_F(Shadows, ContactsAreClosedToAboutATexel) {
+    constexpr float kRadius = 0.5f, kOpen = 0.24f;  // metres
+    Scene scene;
+    place(scene, quad(2.0f, addMaterial(scene, matte())));
+    const Index body = addMaterial(scene, matte());
+    for (const double x : {0.0, 60.0}) {
+        place(scene, sphere(kRadius, 64, body),
+              glm::translate(glm::dmat4(1.0), glm::dvec3(x, 0.0, kRadius)));
+    }
+    addLight(scene, sunLight(), shiningAlong({0.0, 0.0, 20.0}, {0.0, 0.0, -1.0}));
+    FrameRequest r = request(std::move(scene), "ball on a floor", {0.0, 0.0, kRadius});
+    r.width = r.height = 101;
+    r.accuracy = accuracyOf(Preset::draft);
+    const Pictures p = draw(r);
+    std::size_t dark = 0;
+    for (std::uint32_t y = 0; y < 101; ++y) {
+        for (std::uint32_t x = 0; x < 101; ++x) {
+            const double away = std::hypot(x - 50.0, y - 50.0) / 101.0;  // metres
+            if (away < kOpen || away > 0.8 * kRadius) continue;
+            ++dark;
+            EXPECT_GT(color(p.without, x, y).x, 0.0f);
+            EXPECT_EQ(color(p.with, x, y).x, 0.0f) << x << ' ' << y;
+        }
+    }
+    EXPECT_GT(dark, 3000u);
+}
+
 // Light that grazes a wall: no acne, however flat.
 TEST_F(Shadows, GrazingLightLeavesNoPattern) {
     for (const double height : {1.0, 0.3, 0.1}) {
