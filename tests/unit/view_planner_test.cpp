@@ -391,6 +391,7 @@ TEST(ViewPlanner, CostsMatchTheResultingWork) {
             const bool relevant = pass.kind() == "mirror" || pass.kind() == "capture";
             if (!relevant || pass.name != d.name || pass.generation != 1) continue;
             const TargetSpec& target = plan.targets[pass.target];
+            work.draws += static_cast<double>(totals(pass).draws);
             work.triangles += static_cast<double>(totals(pass).triangles);
             work.pixels += double(target.width) * target.height;
             work.views += 1.0;
@@ -408,6 +409,50 @@ TEST(ViewPlanner, CostsMatchTheResultingWork) {
     }
     EXPECT_EQ(mirrors, 1);
     EXPECT_EQ(probes, 1);
+}
+
+TEST(ViewPlanner, TheCheapestOfAboutEqualErrorsIsTakenWhereNoneIsEnough) {
+    const auto taken = [](double mirrorError, double tracedError, double tolerance) {
+        const Candidate candidates[] = {{Method::environment, 0.0, 5.0},
+                                        {Method::mirror, 30.0, mirrorError},
+                                        {Method::traced, 10.0, tracedError}};
+        return candidates[cheapest(candidates, tolerance)].method;
+    };
+    EXPECT_EQ(taken(0.19, 0.20, 0.08), Method::traced) << "five per cent are no difference";
+    EXPECT_EQ(taken(0.10, 0.20, 0.08), Method::mirror);
+    EXPECT_EQ(taken(0.10, 0.20, 0.30), Method::traced) << "both are enough";
+    EXPECT_EQ(taken(0.10, 0.20, 5.0), Method::environment);
+}
+
+// A mirror of a thousandth of the picture in a closed room: the sky in it would be the largest
+// error of the frame.
+TEST(ViewPlanner, SmallMirrorsIndoorsDoNotShowTheSky) {
+    Scene scene;
+    const Index wall = addMaterial(scene, Material{.metallic = 0.0f});
+    placeAt(scene, addSquareMesh(scene, "mirror", addMaterial(scene, mirror())), at(0, 0, 0),
+            "mirror");
+    for (const glm::dvec3& side : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1)}) {
+        for (const double sign : {-1.0, 1.0}) {
+            const Index mesh = addBallMesh(scene, "wall", wall);
+            placeAt(scene, mesh,
+                    glm::translate(glm::dmat4(1.0), 100.0 * sign * side) *
+                        glm::scale(glm::dmat4(1.0), glm::dvec3(62.0)),
+                    "wall");
+        }
+    }
+    FrameRequest request = lookingFrom({0, 0, 44});
+    const auto methodOfMirror = [&](Preset preset) {
+        request.accuracy = accuracyOf(preset);
+        for (const Decision& d : planOf(scene, request).decisions) {
+            if (d.effect == Effect::planarReflection) {
+                EXPECT_LT(d.share, 0.0012);
+                return d.taken;
+            }
+        }
+        return Method::unshadowed;
+    };
+    EXPECT_NE(methodOfMirror(Preset::standard), Method::environment);
+    EXPECT_EQ(methodOfMirror(Preset::draft), Method::environment);
 }
 
 TEST(ViewPlanner, StricterPresetsNeverChooseAWorseTechnique) {

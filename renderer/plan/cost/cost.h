@@ -18,7 +18,9 @@ namespace clerestory {
 struct Prices {
     double view;               // per child view
     double cube;               // per captured cube, apart from its views and map samples
+    double draw;               // per surface drawn in child views
     double triangle;           // per triangle drawn
+    double triangleLight;      // per triangle whose vertices have light between surfaces
     double pixel;              // per pixel shaded, without lights and textures
     double pixelLight;         // per pixel and light that reaches it
     double pixelShadow;        // per pixel and such light with a shadow map
@@ -47,7 +49,8 @@ struct Shading {
 
 // The work that a method adds to a frame.
 struct Work {
-    double triangles = 0.0;     // drawn in child views
+    double draws = 0.0;         // surfaces drawn in child views
+    double triangles = 0.0;     // the same
     double pixels = 0.0;        // shaded in child views
     double views = 0.0;         // child views
     double cubes = 0.0;         // captured cubes
@@ -68,8 +71,10 @@ struct Work {
 double milliseconds(const Work& work);
 
 // Returns the index of the cheapest candidate whose error is at most `tolerance` (relative RMSE
-// over the pixels of the surface); if there is none, of the one with the smallest error. The first
-// wins a tie. `candidates` must not be empty.
+// over the pixels of the surface); if there is none, of the cheapest whose error is about the
+// smallest: at most kSameError times as large. The first wins a tie. `candidates` must not be
+// empty.
+inline constexpr double kSameError = 1.1;
 std::size_t cheapest(std::span<const Candidate> candidates, double tolerance);
 
 // The weight of a surface estimates its fraction of the light of the frame: reflectance or

@@ -48,7 +48,8 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
     std::vector<Candidate> candidates{
         {Method::environment, 0.0, environmentError(roughness, enclosed)},
         {Method::probe,
-         milliseconds({.triangles = 2.0 * cubes * double(context.sceneTriangles),
+         milliseconds({.draws = 2.0 * cubes * double(context.stage.surfaces.size()),
+                       .triangles = 2.0 * cubes * double(context.sceneTriangles),
                        .pixels = 6.0 * faceTexels,
                        .views = 6.0 * cubes,
                        .cubes = cubes,
@@ -130,8 +131,10 @@ void planCurvedReflections(ViewContext& context, const ViewTask& task, SeenView&
             requestedMethod(stage.settings.accuracy.curved, Method::probe);
         // The material names a probe, or a blur, which only a cube supports.
         if (point.placed || point.blur.changes()) forced = Method::probe;
+        const double noticed = reflectanceSeen(s.surface->reflectance, 0.5) *
+                               noticedShare(s.share, stage.settings.accuracy.preset);
         const Method method = chooseMethod(
-            context, task, {point.subject, Effect::environmentReflection, s.share, weight, forced},
+            context, task, {point.subject, Effect::environmentReflection, s.share, noticed, forced},
             candidatesFor(context, task, s, point, reflectors));
         if (method == Method::traced) s.features |= FEATURE_TRACED_REFLECTION;
         if (method == Method::probe) reflectCapturedCube(context, task, s, point, drawn);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdio>
 
 namespace clerestory {
@@ -64,6 +65,11 @@ Method chooseMethod(ViewContext& context, const ViewTask& task, const MethodRequ
                                      std::move(reason)});
     }
     return candidates[chosen].method;
+}
+
+double noticedShare(double share, Preset preset) {
+    constexpr double kSmall = 0.05;
+    return preset == Preset::draft ? share : std::max(share, std::sqrt(share * kSmall));
 }
 
 void skip(ViewContext& context, const ViewTask& task, const Subject& subject, Effect effect,

@@ -24,6 +24,12 @@ struct MethodRequest {
 Method chooseMethod(ViewContext& context, const ViewTask& task, const MethodRequest& requested,
                     std::span<const Candidate> candidates);
 
+// The share of the picture, 0..1, that a surface counts as when its method is chosen. A wrong
+// reflection of a bright sky in a dark room is noticeable on small surfaces too, and so is glass
+// that shows it instead of what lies behind: below 5 % of the picture the result falls with the
+// root of the share. `draft` uses the share itself.
+double noticedShare(double share, Preset preset);
+
 // Records why something is left out of the root view. Does nothing for child views.
 void skip(ViewContext& context, const ViewTask& task, const Subject& subject, Effect effect,
           std::string reason);

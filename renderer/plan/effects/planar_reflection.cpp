@@ -207,7 +207,8 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
     std::vector<Candidate> candidates{
         {Method::environment, 0.0, environmentError(group.roughness, enclosed)},
         {Method::mirror,
-         milliseconds({.triangles = double(behind.triangles),
+         milliseconds({.draws = double(behind.surfaces.size()),
+                       .triangles = double(behind.triangles),
                        .pixels = double(picture.width) * picture.height,
                        .views = 1.0,
                        .shading = context.shading,
@@ -320,8 +321,10 @@ void planGroup(ViewContext& context, const ViewTask& task, SeenView& seen, DrawS
     const auto forced = catcher && a.planar != PlanarMethod::environment
                             ? std::optional(Method::mirror)
                             : requestedMethod(a.planar, Method::mirror);
+    const double noticed =
+        group.weight * noticedShare(group.share, a.preset) / std::max(group.share, 1e-12);
     const Method method = chooseMethod(
-        context, task, {group.subject, Effect::planarReflection, group.share, group.weight, forced},
+        context, task, {group.subject, Effect::planarReflection, group.share, noticed, forced},
         candidatesFor(context, task, seen, group, picture, hidden, mirrors));
     if (method == Method::environment) return;
     for (const std::size_t s : group.seen) {

@@ -93,15 +93,6 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
     return candidates;
 }
 
-// Glass that shows the environment instead of what lies behind it looks opaque, which is noticeable
-// on small pieces too: below 5 % of the picture the weight falls with the root of the share.
-// `draft` uses the share itself.
-double weightOf(const GlassBody& body, Preset preset) {
-    constexpr double kSmall = 0.05;
-    if (preset == Preset::draft) return body.share;
-    return std::max(body.share, std::sqrt(body.share * kSmall));
-}
-
 Features featuresOf(const Material& material, Method method) {
     Features features = 0;
     if (material.transmissionTexture.present()) features |= FEATURE_TRANSMISSION_MAP;
@@ -170,7 +161,7 @@ void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen
         const Method method =
             chooseMethod(context, task,
                          {subject, Effect::refraction, body.share,
-                          weightOf(body, stage.settings.accuracy.preset),
+                          noticedShare(body.share, stage.settings.accuracy.preset),
                           requestedMethod(stage.settings.accuracy.glass, Method::backdrop)},
                          candidatesFor(context, task, body, solid, double(bodies.size())));
         Features features = featuresOf(stage.material(surface), method);
