@@ -15,7 +15,8 @@ vec2 lampsOnGround(Surface s, vec3 position, int first, int count) {
             vec3 light = lamp.power * (lamp.falloff * lamp.nDotL / kPi);
             sum.y += meanOf(light);
             if (viewHas(VIEW_SHADOWS)) {
-                light *= shadowAt(position, s.shadowOffset * s.normal, lamp.place, lamp.toLight, lamp.metres, row);
+                light *= shadowAt(position, s.shadowOffset * s.normal, lamp.place, lamp.toLight,
+                                  lamp.metres, row);
             }
             sum.x += meanOf(light);
         }

@@ -283,7 +283,8 @@ vec3 sunLight(Surface s, vec3 position, int first) {
     float nDotL = dot(s.normal, toLight);
     vec3 power = texelFetch(lightTable, first + 1).rgb;
     if (viewHas(VIEW_SHADOWS)) {
-        power *= shadowAt(position, s.shadowOffset * sideOf(s, nDotL), toLight, toLight, 0.0f, first);
+        power *= shadowAt(position, s.shadowOffset * sideOf(s, nDotL), toLight, toLight, 0.0f,
+                          first);
     }
     return power * evalDirectLight(s, toLight, nDotL);
 }
@@ -325,8 +326,8 @@ vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
     if (isLit(lamp.nDotL) && lamp.falloff > 0.0f) {
         vec3 light = lamp.power * lamp.falloff;
         if (viewHas(VIEW_SHADOWS)) {
-            light *= shadowAt(position, s.shadowOffset * sideOf(s, lamp.nDotL), lamp.place, lamp.toLight, lamp.metres,
-                              first);
+            light *= shadowAt(position, s.shadowOffset * sideOf(s, lamp.nDotL), lamp.place,
+                              lamp.toLight, lamp.metres, first);
         }
         if (maxComponent(light) > 0.0f) sum = light * evalDirectLight(s, lamp.toLight, lamp.nDotL);
     }

@@ -136,6 +136,6 @@ MaterialPoint materialAt(vec4 baseColor) {
     applySpecularMaps(dielectric, grazing);
     vec3 normal = normalAt();
     return MaterialPoint(baseColor, metallicRoughness.x, metallicRoughness.y,
-                         dielectric.rgb, dielectric.w, grazing, material.sides.x, normal, occlusionAt(),
-                         emittedAt(), layersAt(normal));
+                         dielectric.rgb, dielectric.w, grazing, material.sides.x, normal,
+                         occlusionAt(), emittedAt(), layersAt(normal));
 }

@@ -243,7 +243,8 @@ void addRays(Measurement& measure, std::vector<Price>& prices, const Prices& mod
     };
     const double small = at(false, 0.2f, 4), large = at(false, 1.6f, 4);
     const double pixel = (large - small) / (pixels(1.6) - pixels(0.2));
-    prices.push_back({"rays, " + where, small - pixel * pixels(0.2), model.raySurface, "ms"});
+    prices.push_back(
+        {"rays, " + where, small - pixel * pixels(0.2), model.rayPass + model.raySurface, "ms"});
     prices.push_back({"pixel with a ray, " + where, 1e6 * pixel, 1e6 * model.rayPixel, "ns"});
     prices.push_back({"light at a hit, " + where,
                       1e6 * (at(false, 1.6f, 4, 4) - large) / 4.0 / pixels(1.6),

@@ -36,7 +36,7 @@ View squareView() {
     request.camera.yfov = glm::half_pi<double>();
     return *planOf(boxScene(), request).passes.at(1).view();
 }
-constexpr double aspect = 160.0 / 90.0;
+constexpr double kAspect = 160.0 / 90.0;
 
 TEST(Coverage, FlatFiguresParallelToTheImageScaleWithTheProjection) {
     const View view = squareView();
@@ -46,7 +46,7 @@ TEST(Coverage, FlatFiguresParallelToTheImageScaleWithTheProjection) {
     const Plane facing{{0, 0, 1}, 10.0};
     const FlatExtent extent = flatExtent(view, box, facing);
     EXPECT_NEAR(extent.area, 1.0, 1e-4);
-    EXPECT_NEAR(extent.share, 1.0 / (20.0 * 20.0 * aspect), 1e-7);
+    EXPECT_NEAR(extent.share, 1.0 / (20.0 * 20.0 * kAspect), 1e-7);
     EXPECT_NEAR(flatExtent(view, box, {{0, 1, 0}, 0.0}).share, 0.0, 1e-12) << "edge-on";
     EXPECT_EQ(flatExtent(view, box, {{0, 0, 1}, 5.0}).area, 0.0) << "does not meet the plane";
     EXPECT_EQ(flatExtent(view, {{-1, -1, 9}, {1, 1, 9}}, {{0, 0, 1}, -9.0}).share, 0.0)
@@ -78,7 +78,7 @@ TEST(Coverage, FlatSurfacesFillTheirBoxesInPart) {
         return plan.decisions.empty() ? 0.0 : plan.decisions[0].share;
     };
     const double height = 10.0 * std::tan(0.45);  // of the picture at the mirror, metres
-    EXPECT_NEAR(shareOf(true), kFlatUnhidden * 4.0 / (height * height * aspect), 0.01);
+    EXPECT_NEAR(shareOf(true), kFlatUnhidden * 4.0 / (height * height * kAspect), 0.01);
     EXPECT_NEAR(shareOf(false), 0.5 * shareOf(true), 0.01);
 }
 

@@ -14,7 +14,8 @@
 
 namespace clerestory {
 
-// Prices of work, milliseconds; `scripts/bench prices` measures each of them.
+// Prices of work, milliseconds. `scripts/bench prices` measures most of them alone, and all of them
+// together in whole scenes.
 struct Prices {
     double view;               // per child view
     double cube;               // per captured cube, apart from its views and map samples
@@ -50,7 +51,7 @@ struct Shading {
 // The work that a method adds to a frame.
 struct Work {
     double draws = 0.0;         // surfaces drawn in child views
-    double triangles = 0.0;     // the same
+    double triangles = 0.0;     // drawn in child views
     double pixels = 0.0;        // shaded in child views
     double views = 0.0;         // child views
     double cubes = 0.0;         // captured cubes
@@ -70,11 +71,13 @@ struct Work {
 };
 double milliseconds(const Work& work);
 
+// Errors of methods that differ by less than this factor are about equal.
+inline constexpr double kSameError = 1.1;
+
 // Returns the index of the cheapest candidate whose error is at most `tolerance` (relative RMSE
 // over the pixels of the surface); if there is none, of the cheapest whose error is about the
 // smallest: at most kSameError times as large. The first wins a tie. `candidates` must not be
 // empty.
-inline constexpr double kSameError = 1.1;
 std::size_t cheapest(std::span<const Candidate> candidates, double tolerance);
 
 // The weight of a surface estimates its fraction of the light of the frame: reflectance or

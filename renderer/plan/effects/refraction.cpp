@@ -59,6 +59,9 @@ std::vector<GlassBody> glassBodies(const SeenView& seen) {
 // glass at a copy as so many pixels of other surfaces.
 constexpr double kCopiesWithLevels = 3.5, kGlassPixel = 1.5;
 
+// Pieces of glass that lie in one layer, whose copy they share; a mean over scenes.
+constexpr double kBodiesOfLayer = 3.0;
+
 // bodies: pieces of glass in the view, this one included.
 std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                                      const GlassBody& body, bool solid, double bodies) {
@@ -73,7 +76,7 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
          milliseconds({.triangles = solid && a.backFaces ? body.triangles : 0.0,
                        .pixels = kGlassPixel * pixels,
                        .copiedPixels = copies * task.width * task.height,
-                       .sharing = std::max(1.0, bodies / 3.0),
+                       .sharing = std::max(1.0, bodies / kBodiesOfLayer),
                        .shading = context.shading,
                        .software = limits.software}),
          backdropError(solid, a.backFaces)}};
