@@ -115,14 +115,17 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
                             next.weight);
         }
     }
-    const shader::RayCone cone = {ray.width, ray.pixel, ray.lobe};
+    shader::RoundLobe round = {along, 0.5f * ray.lobe};
+    if (kind == Ray::mirrored) round = shader::mirroredLobe(along, toEye, ray.lobe);
+    const shader::RayCone cone = {ray.width, ray.pixel, 2.0f * round.alpha};
     if (!(sum.weight + sum.openWeight > 1e-3f)) {
         shader::scatter = {};
         sum = {};
-        shader::addPath(sum, ray, direct, along, toEye, cone, 1.0f);
+        shader::addPath(sum, ray, direct, round.along, toEye, cone, 1.0f);
     } else if (sum.openWeight > 0.0f) {
         // The weight of the prefiltered map grows with the open fraction of the lobe.
-        const vec3 whole = shader::radianceFinite(shader::backgroundAtEnd(along, cone, direct));
+        const vec3 whole =
+            shader::radianceFinite(shader::backgroundAtEnd(round.along, cone, direct));
         sum.open = shader::mix(sum.open, whole * sum.openWeight,
                                sum.openWeight / (sum.weight + sum.openWeight));
     }

@@ -30,7 +30,7 @@ const uint FEATURE_MAP = 1u << 25;          // reflects the material's own store
 const uint FEATURE_PARALLAX_DEPTH = 1u << 26;  // parallax correction by the depths of the cube
 const uint FEATURE_MIRROR_SAMPLES = 1u << 27;  // a rough flat mirror adds up directions
 const uint FEATURE_BACK_FACES = 1u << 28;   // the backs of solid glass were drawn
-const uint FEATURE_MAP_SAMPLES = 1u << 29;  // rough metal, seen edge-on, adds up directions
+const uint FEATURE_MAP_SAMPLES = 1u << 29;  // several look-ups along a rough lobe at an angle
 const uint FEATURE_PACKED_NORMAL = 1u << 30;  // the normal map holds metallic and roughness too
 
 const uint FEATURE_WIDE_LOBE = 1u << 31;  // rough: mirrors harmonics, and only a coat's highlight is narrow

@@ -415,9 +415,10 @@ vec3 underCoat(Surface s, vec3 base) {
     return base;
 }
 
-// Along what the coat mirrors.
-vec3 towardsInCoat(Surface s) {
-    return reflect(-s.toEye, s.layers.clearcoatNormal);
+RoundLobe lobeOfCoat(Surface s) {
+    vec3 n = s.layers.clearcoatNormal;
+    float roughness = s.layers.clearcoatRoughness;
+    return roundLobe(n, s.toEye, max(dot(n, s.toEye), kMinCosine), roughness * roughness);
 }
 
 // Radiance of the surface due to the light of its surroundings. mirrored: the radiance in its specular
@@ -426,9 +427,9 @@ vec3 towardsInCoat(Surface s) {
 vec3 environmentLight(Surface s, vec3 mirrored) {
     vec3 light = underCoat(s, s.reflectance * mirrored + diffuseLight(s));
     if (shades(LAYER_CLEARCOAT)) {
-        vec3 towards = towardsInCoat(s);
-        vec3 around = environmentAlong(towards, s.layers.clearcoatRoughness);
-        light += s.clearcoatReflectance * reachingSurface(s, towards, around);
+        RoundLobe lobe = lobeOfCoat(s);
+        vec3 around = environmentAlong(lobe.along, sqrt(lobe.alpha));
+        light += s.clearcoatReflectance * reachingSurface(s, lobe.along, around);
     }
     return light;
 }

@@ -130,8 +130,10 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
                     unclear.light = p.light;
                 }
                 vec3 around = vec3(0.0f);
-                vec3 towards = reflect(along, s.normal);
-                if (!mirror) around = reachingSurface(s, towards, environmentAlong(towards, s.roughness));
+                RoundLobe lobe = roundLobe(s.normal, s.toEye, s.nDotV, s.roughness * s.roughness);
+                if (!mirror) {
+                    around = reachingSurface(s, lobe.along, environmentAlong(lobe.along, sqrt(lobe.alpha)));
+                }
                 own = (1.0f - clarity) * environmentLight(unclear, around) *
                       (solid || pane ? 1.0f : m.occlusion);
             }

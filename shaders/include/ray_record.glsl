@@ -6,8 +6,8 @@ layout(location = 2) out uvec4 mirroredWay;
 layout(location = 3) out uvec4 throughStart;
 layout(location = 4) out uvec4 throughWay;
 
-PixelRay pixelRays[2] = PixelRay[2](PixelRay(vec3(0.0f), vec3(0.0f), RayCone(0.0f, 0.0f, 0.0f)),
-                                    PixelRay(vec3(0.0f), vec3(0.0f), RayCone(0.0f, 0.0f, 0.0f)));
+const PixelRay kNoRay = PixelRay(vec3(0.0f), vec3(0.0f), RayCone(0.0f, 0.0f, 0.0f), RoundLobe(vec3(0.0f), 0.0f));
+PixelRay pixelRays[2] = PixelRay[2](kNoRay, kNoRay);
 vec3 rayShares[2] = vec3[2](vec3(0.0f), vec3(0.0f));
 
 vec3 tracedReflection(Surface s, vec3 position) {
@@ -57,7 +57,7 @@ vec3 finishRays(float coverage) {
     for (int i = 0; i < RAYS_OF_PIXEL; ++i) {
         vec3 share = clamp(rayShares[i] * coverage, 0.0f, 60000.0f);
         bool counts = maxComponent(share) >= tracing.limits.z && maxComponent(share) > 0.0f;
-        vec3 around = environmentAlong(pixelRays[i].along, min(sqrt(0.5f * pixelRays[i].cone.lobe), 1.0f));
+        vec3 around = environmentAlong(pixelRays[i].whole.along, min(sqrt(pixelRays[i].whole.alpha), 1.0f));
         if (i == 1 && tracing.background.w > 0.0f) around = tracing.background.xyz;
         added += counts ? vec3(0.0f) : share * around;
         starts[i] = counts ? startOf(pixelRays[i]) : uvec4(0u);

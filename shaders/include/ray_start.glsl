@@ -7,6 +7,7 @@ struct PixelRay {
     vec3 start;  // world axes, from the hierarchy's origin; off the surface
     vec3 along;  // unit, eye space's axes
     RayCone cone;
+    RoundLobe whole;  // the cone as one look-up or one path
 };
 
 // The face's normal at this pixel, towards the eye.
@@ -45,15 +46,16 @@ RayCone coneAt(vec3 position, vec3 towards, float lobe) {
 PixelRay mirroredRay(Surface s, vec3 position) {
     vec3 face = faceNormalAt(position, s.toEye, s.normal);
     vec3 towards = mirroredAt(-s.toEye, s.normal, face);
-    return PixelRay(startBeside(position, face), towards,
-                    coneAt(position, towards, 2.0f * s.roughness * s.roughness));
+    float lobe = 2.0f * s.roughness * s.roughness;
+    return PixelRay(startBeside(position, face), towards, coneAt(position, towards, lobe),
+                    mirroredLobe(towards, s.toEye, lobe));
 }
 
 // Into or out of clear glass; starts so far `aside`.
 PixelRay transmittedRay(Surface s, vec3 position, vec3 aside, vec3 inside, float lobe) {
     vec3 face = faceNormalAt(position, s.toEye, s.normal);
     return PixelRay(startBeside(position, -face) + worldAxes(aside), inside,
-                    coneAt(position, inside, lobe));
+                    coneAt(position, inside, lobe), RoundLobe(inside, 0.5f * lobe));
 }
 
 struct GlassRays {
@@ -79,7 +81,8 @@ float iorOfPath(float ior, float dispersion) {
 
 vec3 tracedReflection(Surface s, vec3 position) {
     PixelRay ray = mirroredRay(s, position);
-    return tracedRadiance(ray.start, ray.along, ray.cone, 1.0f, false);
+    ray.cone.lobe = 2.0f * ray.whole.alpha;
+    return tracedRadiance(ray.start, ray.whole.along, ray.cone, 1.0f, false);
 }
 
 GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float lobe) {
@@ -99,10 +102,10 @@ GlassRays tracedThrough(Surface s, vec3 position, vec3 aside, vec3 inside, float
             }
         }
         vec3 radiance = tracedRadiance(first ? mirrored.start : through.start,
-                                       first ? mirrored.along : through.along,
+                                       first ? mirrored.whole.along : through.along,
                                        RayCone(mirrored.cone.width,
                                                first ? mirrored.cone.pixel : through.cone.pixel,
-                                               first ? mirrored.cone.lobe : through.cone.lobe),
+                                               first ? 2.0f * mirrored.whole.alpha : through.cone.lobe),
                                        1.0f, !first);
         rays.mirrored = first ? radiance : rays.mirrored;
         rays.through = number == 2   ? vec3(radiance.r, rays.through.gb)

@@ -196,35 +196,24 @@ vec3 mapAlong(vec3 position, vec3 towards, float roughness) {
     return environmentAlong(towards, roughness);
 }
 
-// The lobe of a rough metal at grazing angles is elongated, bent towards the surface and cut off by
-// it, but maps are filtered for a round lobe. Therefore it is a sum over the visible normals, each with
-// the blur of its share of the lobe. Shares add up to one, so a uniform map is reproduced. At steeper
-// angles, and on smoother metal, the sum is blended into a single look-up.
-const vec2 kEdgeOn = vec2(0.35f, 0.45f);   // n.v: the sum below the first, none above the second
-const vec2 kRoughLobe = vec2(0.2f, 0.3f);  // roughness: none below the first, the sum above
-vec3 mapLobe(Surface s, vec3 position) {
-    float part = (1.0f - smoothstep(kEdgeOn.x, kEdgeOn.y, s.nDotV)) *
+// At an angle the lobe of a rough surface is longer in the plane of incidence than across it, but maps
+// are filtered for round lobes. Therefore it is a sum of look-ups along the plane, which is blended into
+// the one of roundLobe() at steeper angles and on smoother surfaces. Weights add up to one, so a
+// uniform map is reproduced.
+const vec2 kAtAngle = vec2(0.5f, 0.7f);    // n.v: the sum below the first, none above the second
+const vec2 kRoughLobe = vec2(0.1f, 0.2f);  // roughness: none below the first, the sum above
+vec3 longLobe(Surface s, vec3 position, vec3 single) {
+    float part = (1.0f - smoothstep(kAtAngle.x, kAtAngle.y, s.nDotV)) *
                  smoothstep(kRoughLobe.x, kRoughLobe.y, s.roughness);
-    uint count = part > 0.0f ? uint(view.environment.w) : 1u;  // idle lanes cost nothing
-    float alpha = s.roughness * s.roughness;
-    // x towards the eye, so that no turn of the frame shows.
+    int count = part > 0.0f ? int(view.environment.w) : 0;  // idle lanes cost nothing
     vec3 side = direction(s.toEye - s.normal * dot(s.toEye, s.normal));
-    mat3 eyeFromLobe = mat3(side, cross(s.normal, side), s.normal);
-    vec3 toEye = vec3(sqrt(max(1.0f - s.nDotV * s.nDotV, 0.0f)), 0.0f, s.nDotV);
     vec3 sum = vec3(0.0f);
-    vec3 weights = vec3(1e-6f);
-    uint i = 0u;
-    do {
-        vec3 halfway = ggxVisibleNormal(hammersley(i, count), toEye, alpha);
-        vec3 towards = reflect(-toEye, halfway);
-        float pdf = ggxVisibleDensity(halfway.z, dot(halfway.xy, halfway.xy), s.nDotV, alpha);
-        vec3 weight = fresnelSchlick(s.f0, s.f90, dot(toEye, halfway)) *
-                      ggxShareOfVisible(towards.z, s.nDotV, alpha);
-        float roughness = min(sampleRoughness(pdf, float(count)), s.roughness);
-        sum += mapAlong(position, eyeFromLobe * towards, roughness) * weight;
-        weights += weight;
-    } while (++i < count);
-    vec3 single = mapAlong(position, reflect(-s.toEye, s.normal), s.roughness);
+    float weights = 1e-6f;
+    for (int i = 0; i < count; ++i) {
+        LobePart p = partOfLobe(s.normal, side, s.toEye, s.roughness * s.roughness, i, count);
+        sum += mapAlong(position, p.along, sqrt(p.alpha)) * p.weight;
+        weights += p.weight;
+    }
     return mix(single, sum / weights, part);
 }
 
@@ -249,13 +238,14 @@ vec3 grainRadiance(Surface s, vec3 position) {
 
 // From a map: the environment's, a captured one or the material's own.
 vec3 mappedRadiance(Surface s, vec3 position) {
-    vec3 towards = reflect(-s.toEye, s.normal);
-    vec3 gathered = layered(LAYER_ANISOTROPY)      ? grainRadiance(s, position)
-                    : has(FEATURE_MAP_SAMPLES) ? mapLobe(s, position)
-                    : has(FEATURE_WIDE_LOBE) ? harmonicsAlong(towards, lobeBands(s.roughness))
-                                             : mapAlong(position, towards, s.roughness);
+    RoundLobe lobe = roundLobe(s.normal, s.toEye, s.nDotV, s.roughness * s.roughness);
+    float roughness = sqrt(lobe.alpha);
+    vec3 gathered = layered(LAYER_ANISOTROPY) ? grainRadiance(s, position)
+                    : has(FEATURE_WIDE_LOBE)  ? harmonicsAlong(lobe.along, lobeBands(roughness))
+                                              : mapAlong(position, lobe.along, roughness);
+    if (has(FEATURE_MAP_SAMPLES) && !layered(LAYER_ANISOTROPY)) gathered = longLobe(s, position, gathered);
     // Other pictures already contain occlusion, or are the material's own.
-    return has(FEATURE_PROBE | FEATURE_MAP) ? gathered : reachingSurface(s, towards, gathered);
+    return has(FEATURE_PROBE | FEATURE_MAP) ? gathered : reachingSurface(s, lobe.along, gathered);
 }
 
 // By rays, or from a mirrored view.
@@ -287,7 +277,7 @@ vec3 clearcoatRadiance(Surface s, vec3 position, vec3 below) {
     if (has(kPicture)) {
         return layered(LAYER_CLEARCOAT_MIRRORS) ? picturedRadiance(clearcoatOf(s), position) : below;
     }
-    vec3 towards = towardsInCoat(s);
-    vec3 gathered = mapAlong(position, towards, s.layers.clearcoatRoughness);
-    return has(FEATURE_PROBE | FEATURE_MAP) ? gathered : reachingSurface(s, towards, gathered);
+    RoundLobe lobe = lobeOfCoat(s);
+    vec3 gathered = mapAlong(position, lobe.along, sqrt(lobe.alpha));
+    return has(FEATURE_PROBE | FEATURE_MAP) ? gathered : reachingSurface(s, lobe.along, gathered);
 }

@@ -57,6 +57,61 @@ float ggxVisibleDensity(float nDotH, float nCrossHSquared, float nDotV, float al
            (v + sqrt(a2 + (1.0f - a2) * v * v));
 }
 
+// The lobe of a mirror as one look-up of a map that is filtered for round lobes.
+struct RoundLobe {
+    vec3 along;   // unit
+    float alpha;  // GGX alpha of a lobe seen from its own normal
+};
+
+// At an angle the visible microfacets turn towards the eye, which lifts the lobe off the surface, and
+// the lobe is narrower across the plane of incidence. normal, toEye: unit. nDotV: above 0.
+// The factors are fitted to the integral of GGX: over 600 lobes of roughness 0.15 to 0.65 at all angles in three HDR maps
+// the displayed value is off by 0.059 (root mean square); the mirror's direction with alpha's own
+// width, by 0.089, at n.v below 0.2 by 0.085 and 0.145.
+RoundLobe roundLobe(vec3 normal, vec3 toEye, float nDotV, float alpha) {
+    // The view direction, stretched so that the microfacets become a sphere (Heitz 2018).
+    float stretched = sqrt(alpha * alpha * (1.0f - nDotV * nDotV) + nDotV * nDotV);
+    float perSlope = 1.0f / (0.5f * stretched + nDotV);
+    vec3 facet = normalize(normal + (toEye - normal * nDotV) * (0.8f * alpha * alpha * perSlope));
+    float cosine = max(dot(toEye, facet), 0.0f);
+    return RoundLobe(reflect(-toEye, facet), alpha * min(1.7f * cosine * stretched * perSlope, 1.0f));
+}
+
+// A lobe of slope `lobe`, 2 alpha, about the mirrored direction `along`, as one look-up or one path.
+RoundLobe mirroredLobe(vec3 along, vec3 toEye, float lobe) {
+    if (!(lobe > 0.0f)) return RoundLobe(along, 0.0f);
+    vec3 halfway = along + toEye;
+    vec3 normal = halfway * inversesqrt(max(dot(halfway, halfway), 1e-12f));
+    return roundLobe(normal, toEye, max(dot(normal, toEye), kMinCosine), 0.5f * lobe);
+}
+
+// One of several look-ups along the plane of incidence that together represent a lobe.
+struct LobePart {
+    vec3 along;    // unit
+    float alpha;   // as wide as the lobe is there across the plane
+    float weight;  // relative to the others
+};
+
+// Part i of `count`: the microfacets at the quantiles of their slopes in the plane, whose distribution
+// is 1 / (2 alpha (1 + t^2)^(3/2)) with t = slope / alpha. Each is as wide across as GGX is there, or as far
+// as its neighbours. side: unit, tangent, towards the eye. The error of roundLobe() above is 0.047 with four parts
+// and 0.046 with six.
+LobePart partOfLobe(vec3 normal, vec3 side, vec3 toEye, float alpha, int i, int count) {
+    float u = (2.0f * float(i) + 1.0f) / float(count) - 1.0f;
+    float perRoot = inversesqrt(1.0f - u * u);  // |u| is below 1
+    vec3 facet = normal + side * (alpha * u * perRoot);
+    float facing = max(dot(toEye, facet), 0.0f);
+    vec3 halfway = normalize(facet);
+    float cosine = max(dot(toEye, halfway), 0.0f);
+    vec3 along = reflect(-toEye, halfway);
+    float above = max(dot(along, normal), 0.0f);
+    float across = 0.85f * perRoot * cosine;
+    float apart = 0.2f * perRoot * perRoot * perRoot / float(count);
+    // The last factor is near masking, which is 0 below the surface.
+    return LobePart(along, alpha * min(max(across, apart), 1.0f),
+                    facing * above / (above + 0.3f * alpha + 1e-6f));
+}
+
 // Roughness of a prefiltered map's level that is as wide as a direction's share 1 / (samples pdf)
 // of the sphere: a texel of a plain chain is as wide as a lobe when it is sqrt(6) alpha of a face's
 // edge (erratum R1), and a face's texels cover 4 pi / 6 of the sphere.

@@ -1,10 +1,11 @@
-// Rough metal at grazing angles, summed over directions, compared with the GGX integral by
+// Look-ups of a map along the lobe of a rough metal at an angle, compared with the GGX integral by
 // quadrature.
 #include "own_sky.h"
 #include "plan/graph/features.h"
 #include "sight.h"
 
 #include <numbers>
+#include <utility>
 
 namespace clerestory::test {
 namespace {
@@ -86,12 +87,17 @@ double errorAtGrazing(float roughness, std::uint32_t samples) {
     return std::sqrt(squares / compared);
 }
 
+// One look-up in the mirror's direction, as wide as the lobe seen from its own normal, has 0.39 to
+// 0.48.
 TEST_F(CurvedSamples, AreCloserToTheGgxIntegralThanOneLookup) {
     addMap("evening", 128, glm::dmat3(1.0), evening);
-    for (const float roughness : {0.35f, 0.5f, 0.7f, 0.9f}) {
+    for (const auto& [roughness, bound] :
+         {std::pair{0.35f, 0.40}, {0.5f, 0.14}, {0.7f, 0.15}, {0.9f, 0.10}}) {
         const double single = errorAtGrazing(roughness, 0);
-        EXPECT_LT(errorAtGrazing(roughness, 8), 0.5 * single) << roughness;
-        EXPECT_LT(errorAtGrazing(roughness, 16), 0.25 * single) << roughness;
+        EXPECT_LT(single, bound) << roughness;
+        EXPECT_LT(errorAtGrazing(roughness, 4), 0.85 * single) << roughness;
+        EXPECT_LT(errorAtGrazing(roughness, 6), 0.65 * single) << roughness;
+        EXPECT_LT(errorAtGrazing(roughness, 16), 0.09) << roughness;
     }
 }
 
@@ -108,19 +114,16 @@ TEST_F(CurvedSamples, VanishInAWhiteFurnace) {
     }
 }
 
-// No byte changes for smooth surfaces, at normal incidence, or when switched off.
-TEST_F(CurvedSamples, ChangeOnlyRoughMetalAtGrazingAngles) {
+// No byte changes for smooth surfaces, and towards normal incidence.
+TEST_F(CurvedSamples, ChangeOnlyRoughSurfacesAtAngles) {
     addMap("evening", 128, glm::dmat3(1.0), evening);
-    const auto picture = [](float roughness, std::uint32_t samples, bool on) {
+    const auto picture = [](float roughness, std::uint32_t samples) {
         Scene scene;
         place(scene, sphere(0.9f, 48, addMaterial(scene, roughMetal(roughness))));
-        FrameRequest r = sampled(std::move(scene), "evening", samples);
-        r.effects.environmentReflection = on;
-        return renderer().render(r).image;
+        return renderer().render(sampled(std::move(scene), "evening", samples)).image;
     };
-    EXPECT_EQ(picture(0.2f, 16, true).data, picture(0.2f, 0, true).data);
-    EXPECT_EQ(picture(0.6f, 16, false).data, picture(0.6f, 0, false).data);
-    const Image with = picture(0.6f, 16, true), without = picture(0.6f, 0, true);
+    EXPECT_EQ(picture(0.1f, 16).data, picture(0.1f, 0).data);
+    const Image with = picture(0.6f, 16), without = picture(0.6f, 0);
     int changed = 0;
     for (std::uint32_t y = 0; y < 64; ++y) {
         for (std::uint32_t x = 0; x < 64; ++x) {
@@ -129,7 +132,7 @@ TEST_F(CurvedSamples, ChangeOnlyRoughMetalAtGrazingAngles) {
             const double off = greatestDifference(color(with, x, y), color(without, x, y));
             if (!t) continue;
             const double nDotV = -glm::dot(ray.origin + *t * ray.direction, ray.direction) / 0.9;
-            if (nDotV > 0.5) {
+            if (nDotV > 0.7) {
                 EXPECT_EQ(off, 0.0) << x << ' ' << y;
             }
             changed += off > 0.005;

@@ -11,7 +11,7 @@ namespace clerestory {
 namespace {
 
 // Below this roughness one lookup in a blurred level is accurate; see reflection.glsl.
-constexpr float kRoughLobe = 0.2f;
+constexpr float kRoughLobe = 0.1f;
 
 // Makes the surface reflect the stored map that its material names, with the material's rotation.
 // Returns false if the map is not loaded.
@@ -142,17 +142,15 @@ void planCurvedReflections(ViewContext& context, const ViewTask& task, SeenView&
 }
 
 void planRoughReflections(const ViewContext& context, const ViewTask& task, SeenView& seen) {
-    const ViewSettings& settings = context.stage.settings;
-    const bool enabled =
-        settings.accuracy.curvedSamples > 0 && settings.effects.environmentReflection;
-    if (!enabled || task.captured) return;
+    if (context.stage.settings.accuracy.curvedSamples < 2 || task.captured) return;
+    constexpr Features kOther =
+        FEATURE_MIRROR | FEATURE_TRACED_REFLECTION | FEATURE_WIDE_LOBE | FEATURE_UNLIT;
     for (SeenSurface& s : seen.surfaces) {
-        const bool hasPicture = s.features & (FEATURE_MIRROR | FEATURE_TRACED_REFLECTION);
-        const bool mirrors = s.surface->reflector != Reflector::none ||
-                             s.surface->reason == ReflectorReason::roughMetal;
+        if (s.features & kOther) continue;
         // The factor is the upper bound of textured roughness.
-        const bool rough = context.stage.material(*s.surface).roughness > kRoughLobe;
-        if (mirrors && rough && !hasPicture) s.features |= FEATURE_MAP_SAMPLES;
+        if (context.stage.material(*s.surface).roughness > kRoughLobe) {
+            s.features |= FEATURE_MAP_SAMPLES;
+        }
     }
 }
 

@@ -135,7 +135,7 @@ std::uint64_t litSamples(const Work& work, const TargetSpec& target, const Sampl
     }
     const auto lists = work.drawLists();
     if (anyDraw(lists, [](const Draw& d) { return (d.features & FEATURE_MAP_SAMPLES) != 0; })) {
-        directions = std::max<std::uint64_t>(directions, factors.curvedSamples);
+        directions += factors.curvedSamples / 8;  // a look-up is a small part of a sample
     }
     const bool rays =
         work.recorded.draws.empty() && anyDraw(lists, [](const Draw& d) { return followsRays(d); });

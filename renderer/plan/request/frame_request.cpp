@@ -18,6 +18,7 @@ Accuracy accuracyOf(Preset preset) {
             a.generations = 1;
             a.probeSize = 128;
             a.probeSamples = 8;
+            a.curvedSamples = 0;
             a.bounces = 2;
             break;
         case Preset::standard:
@@ -26,6 +27,7 @@ Accuracy accuracyOf(Preset preset) {
             a.samples = 4;
             a.edgeFilter = false;
             a.planarSamples = 8;
+            a.curvedSamples = 6;
             a.backFaces = true;
             a.parallax = Parallax::depth;
             a.bounces = 8;

@@ -65,7 +65,7 @@ struct Accuracy {
     std::uint32_t generations = 2;    // depth of reflections in reflections
     std::uint32_t probeSize = 256;    // edge of a captured face, texels
     std::uint32_t probeSamples = 32;  // GGX samples per texel of it; 1: averaged mip levels
-    std::uint32_t curvedSamples = 0;  // directions averaged on a rough mirror at grazing angles
+    std::uint32_t curvedSamples = 4;  // look-ups of a map along a rough lobe at an angle
     Parallax parallax = Parallax::box;
     std::uint32_t bounces =
         4;  // reflections and refractions of a traced ray; then it sees the environment
@@ -199,8 +199,8 @@ void fields(Accuracy& a, V&& visit) {
     visit("probeSamples", a.probeSamples, Range{1, 1024},
           "GGX samples per texel of a captured cube; 1: averaged mip levels");
     visit("curvedSamples", a.curvedSamples, Range{0, 64},
-          "directions averaged on rough metal at grazing angles where it reflects a map; 0: one "
-          "lookup in a blurred level");
+          "look-ups of a map along the lobe of a rough surface that is seen at an angle; 0 or 1: "
+          "one");
     visit("parallax", a.parallax,
           Choice<Parallax>{
               {{"none", Parallax::none}, {"box", Parallax::box}, {"depth", Parallax::depth}}},
