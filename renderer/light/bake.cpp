@@ -74,7 +74,7 @@ Bake::State::State(BakeInput given, const BakeQuality& q)
         std::max<std::size_t>(places.chosen.size(), 1) * (quality.rays + quality.emitterRays);
     const auto more =
         static_cast<std::uint32_t>(std::clamp<std::size_t>(quality.allRays / least, 1, 4));
-    rays.setRays(quality.rays * more, quality.emitterRays * more);
+    rays.setRays(quality.rays * more, quality.emitterRays * more, quality.skyRays * more);
     rays.meet(places, radiosity);
     if (rays.anything()) {
         const std::vector<bool> moves = instancesThatMove(*input.scene);

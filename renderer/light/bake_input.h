@@ -34,6 +34,7 @@ struct BakeInput {
 struct BakeQuality {
     std::uint32_t rays = 48;         // of a sample in a round, at least
     std::uint32_t emitterRays = 16;  // likewise, towards emissive surfaces
+    std::uint32_t skyRays = 32;      // likewise, towards the light of an uneven map
     // Of a round; fewer samples send up to four times as many each.
     std::uint32_t allRays = 1'500'000;
     std::uint32_t rounds = 6;  // bounces of light are rounds, too

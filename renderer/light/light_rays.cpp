@@ -193,7 +193,8 @@ void LightRays::gather(const Receiver& point, std::uint32_t place, int side, std
                                                y * (radius * std::sin(turn)) + normal * cosine);
         const Seen seen = look(start, along, cosine);
         if (!seen.begins) sum.behind += 1.0f;
-        const glm::vec3 radiance = sky_.radiance(along) * input_.environmentIntensity;
+        const glm::vec3 radiance =
+            sky_.radiance(along) * input_.environmentIntensity * weightAmongSkyRays(cosine, along);
         const glm::vec3 open = seen.met ? glm::vec3(0.0f) : seen.share * radiance;
         if (!seen.met) {
             const float through = luminance(seen.share);
@@ -212,7 +213,49 @@ void LightRays::gather(const Receiver& point, std::uint32_t place, int side, std
         sum.emittersMet += seen.emitted;
     }
     count_.fetch_add(quality_.rays, std::memory_order_relaxed);
+    if (quality_.skyRays > 0) sampleSky(point, place, side, round, sum);
     if (!emitters_.empty()) sampleEmitters(point, place, side, round, sum);
+}
+
+// Weight of a ray with the density of cosines against those that have that of the map's light
+// (balance heuristic).
+float LightRays::weightAmongSkyRays(float cosine, const glm::vec3& along) const {
+    if (quality_.skyRays == 0) return 1.0f;
+    const float atRandom = static_cast<float>(quality_.rays) * cosine / kPi;
+    const float sent = static_cast<float>(quality_.skyRays) * sky_.density(along);
+    return atRandom / std::max(atRandom + sent, 1e-30f);
+}
+
+void LightRays::sampleSky(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
+                          RaySums& sum) const {
+    const float sign = side == 0 ? 1.0f : -1.0f;
+    const glm::vec3 start = startOf(point, sign);
+    // The sums are divided by the number of the other rays.
+    const float perRay =
+        static_cast<float>(quality_.rays) / static_cast<float>(quality_.skyRays) / kPi;
+    std::uint32_t sent = 0;
+    for (std::uint32_t i = 0; i < quality_.skyRays; ++i) {
+        const std::uint32_t number = round * quality_.skyRays + i;
+        const std::uint32_t seed = 0x80000000u + 2 * place + static_cast<unsigned>(side);
+        const float part =
+            (static_cast<float>(i) +
+             static_cast<float>(hashed(number ^ (place << 8)) & 0xffffu) / 65536.0f) /
+            static_cast<float>(quality_.skyRays);
+        const glm::vec3 along = sky_.sample(part, pointOfSequence(number, seed));
+        const float cosine = sign * glm::dot(point.normal, along);
+        if (!(cosine > 0.0f)) continue;
+        ++sent;
+        const float weight = (1.0f - weightAmongSkyRays(cosine, along)) * perRay /
+                             std::max(sky_.density(along), 1e-20f);
+        const glm::vec3 radiance =
+            sky_.radiance(along) * (input_.environmentIntensity * weight * cosine);
+        const Seen seen = look(start, along, cosine);
+        const glm::vec3 open = seen.met ? glm::vec3(0.0f) : seen.share * radiance;
+        sum.open += open;
+        sum.hidden += radiance - open;
+        sum.openFlux += luminance(open) / std::max(cosine, 0.15f) * along;
+    }
+    count_.fetch_add(sent, std::memory_order_relaxed);
 }
 
 void LightRays::sampleEmitters(const Receiver& point, std::uint32_t place, int side,

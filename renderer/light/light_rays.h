@@ -48,16 +48,18 @@ public:
     // World; all points are relative to it.
     const glm::dvec3& origin() const { return triangles_.origin; }
     bool anything() const { return tree_.stillTriangles() > 0; }
-    void setRays(std::uint32_t rays, std::uint32_t emitterRays) {
+    void setRays(std::uint32_t rays, std::uint32_t emitterRays, std::uint32_t skyRays) {
         quality_.rays = rays;
         quality_.emitterRays = emitterRays;
+        quality_.skyRays = sky_.uneven() ? skyRays : 0;
     }
 
     // See PlacesInput.
     float clearanceAbove(const Receiver& point) const;
     // Irradiance over pi of the punctual lights. side: 1 or -1.
     glm::vec3 lampsAt(const Receiver& point, float side) const;
-    // Adds a round of rays: distributed as the cosine, and towards emitters. place: its number,
+    // Adds a round of rays: distributed as the cosine, towards emitters, and, under an uneven map,
+    // as its light. place: its number,
     // from which the rays follow.
     void gather(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
                 RaySums& sum) const;
@@ -79,6 +81,9 @@ private:
     glm::vec3 shareOf(const PlacedLight& lamp, const glm::vec3& start, const glm::vec3& along,
                       float distance) const;
     glm::vec3 startOf(const Receiver& point, float side) const;
+    float weightAmongSkyRays(float cosine, const glm::vec3& along) const;
+    void sampleSky(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
+                   RaySums& sum) const;
     void sampleEmitters(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
                         RaySums& sum) const;
 
