@@ -42,7 +42,7 @@ void SceneLights::refine(Refined& refined, const Scene& original, const Pose& po
     light::Refined made = light::refined(original, pose, {.addedTriangles = addedTriangles});
     gl::fitForSharing(made.scene.vertices);
     gl::fitForSharing(made.scene.indices);
-    refined.edge = made.edge;
+    refined.edges = std::move(made.edges);
     refined.scene = std::make_shared<const Scene>(std::move(made.scene));
 }
 
@@ -62,7 +62,7 @@ void SceneLights::begin(const std::shared_ptr<const Scene>& original, light::Bak
     baker_->begin(bake->key, [bake, original, refined = entry, options = options_] {
         refine(*refined, *original, *bake->pose, options.addedTriangles);
         bake->scene = refined->scene;
-        bake->edge = refined->edge;
+        bake->edges = refined->edges;
         return std::make_unique<light::Bake>(std::move(*bake),
                                              light::BakeQuality{.places = options.places});
     });

@@ -54,7 +54,7 @@ private:
         std::mutex making;
         // With that lock held:
         std::shared_ptr<const Scene> scene;
-        double edge = 0.0;  // see light::Refined
+        light::EdgeLengths edges;
         // On the renderer's thread; an earlier load of the scene may have made others.
         std::vector<std::shared_ptr<const Scene>> uploaded;
     };

@@ -17,6 +17,13 @@ namespace {
 constexpr float kLargeEmitter = 0.25f;
 // Steps from neighbour to neighbour by which buried samples receive values.
 constexpr int kFillSteps = 12;
+// Distance of places, relative to the length of edges.
+constexpr double kPerEdge = 0.7;
+
+std::function<double(const glm::dvec3&)> distanceNearBodies(const EdgeLengths& edges) {
+    if (edges.small.empty()) return {};
+    return [&edges](const glm::dvec3& world) { return kPerEdge * edges.at(world); };
+}
 
 }  // namespace
 
@@ -61,15 +68,16 @@ struct Bake::State {
 Bake::State::State(BakeInput given, const BakeQuality& q)
     : input(std::move(given)), quality(q), rays(input, q) {
     const auto diagonal = static_cast<double>(lastingBounds(*input.scene, *input.pose).diagonal());
-    places =
-        placesOf({.scene = *input.scene,
-                  .pose = *input.pose,
-                  .materials = input.materials,
-                  .mapFromWorld = input.mapFromWorld,
-                  .origin = rays.origin(),
-                  .distance = input.edge > 0.0 ? 0.7 * input.edge : diagonal / 400.0,
-                  .limit = quality.places,
-                  .clearanceAbove = [&](const Receiver& p) { return rays.clearanceAbove(p); }});
+    places = placesOf(
+        {.scene = *input.scene,
+         .pose = *input.pose,
+         .materials = input.materials,
+         .mapFromWorld = input.mapFromWorld,
+         .origin = rays.origin(),
+         .distance = input.edges.common > 0.0 ? kPerEdge * input.edges.common : diagonal / 400.0,
+         .distanceAt = distanceNearBodies(input.edges),
+         .limit = quality.places,
+         .clearanceAbove = [&](const Receiver& p) { return rays.clearanceAbove(p); }});
     const std::size_t least =
         std::max<std::size_t>(places.chosen.size(), 1) * (quality.rays + quality.emitterRays);
     const auto more =

@@ -1,6 +1,7 @@
 // What the light of a scene is computed from, and how finely.
 #pragma once
 
+#include "light/refinement.h"
 #include "plan/graph/draw.h"
 #include "scene/environment.h"
 #include "scene/scene.h"
@@ -16,7 +17,7 @@ struct BakeInput {
     std::uint64_t key = 0;
     std::shared_ptr<const Scene> scene;  // refined()
     std::shared_ptr<const Pose> pose;    // of `scene`
-    double edge = 0.0;                   // of triangles that were divided, metres; Refined::edge
+    EdgeLengths edges;                   // of triangles that were divided
     MaterialBindings materials;
     std::vector<PlacedLight> lights;
     std::shared_ptr<const EnvironmentMap> environment;

@@ -206,15 +206,17 @@ private:
     std::vector<float> clearances_;
 };
 
-// Fills in `chosen`. Returns false if there are more than the limit.
-bool choose(const PlacesInput& input, float distance, Neighbours& neighbours, Places& places,
-            Grid& grid) {
+// Fills in `chosen`. distances: of places around each point. Returns false if there are more than
+// the limit.
+bool choose(const PlacesInput& input, const std::vector<float>& distances, Neighbours& neighbours,
+            Places& places, Grid& grid) {
     places.chosen.clear();
     for (std::uint32_t i = 0; i < places.points.size(); ++i) {
         const Receiver& point = places.points[i];
         bool shared = false;
         grid.around(point.position, [&](std::uint32_t, std::uint32_t other) {
             const Receiver& o = places.points[other];
+            const float distance = std::min(distances[i], distances[other]);
             shared = o.twoSided == point.twoSided &&
                      glm::dot(o.normal, point.normal) > kSameNormal &&
                      glm::length(o.position - point.position) < kShared * distance &&
@@ -229,11 +231,13 @@ bool choose(const PlacesInput& input, float distance, Neighbours& neighbours, Pl
     return true;
 }
 
-void weigh(float distance, const Grid& grid, Neighbours& neighbours, Places& places) {
+void weigh(const std::vector<float>& distances, const Grid& grid, Neighbours& neighbours,
+           Places& places) {
     places.firstPart.assign(1, 0);
     std::vector<Places::Part> found;
     for (std::uint32_t i = 0; i < places.points.size(); ++i) {
         const Receiver& point = places.points[i];
+        const float distance = distances[i];
         found.clear();
         grid.around(point.position, [&](std::uint32_t place, std::uint32_t other) {
             const Receiver& o = places.points[other];
@@ -264,12 +268,19 @@ Places placesOf(const PlacesInput& input) {
     setStarts(input, places);
     Neighbours neighbours(input, places.points);
     auto distance = static_cast<float>(std::max(input.distance, 1e-9));
+    std::vector<float> distances(places.points.size(), distance);
+    for (std::size_t i = 0; input.distanceAt && i < distances.size(); ++i) {
+        const glm::dvec3 world = glm::dvec3(places.points[i].position) + input.origin;
+        distances[i] = std::min(distance, static_cast<float>(input.distanceAt(world)));
+    }
     for (;; distance *= 1.3f) {
         Grid grid(places.points, kReach * distance);
-        if (!choose(input, distance, neighbours, places, grid)) continue;
-        weigh(distance, grid, neighbours, places);
-        places.distance = distance;
-        return places;
+        if (choose(input, distances, neighbours, places, grid)) {
+            weigh(distances, grid, neighbours, places);
+            places.distance = distance;
+            return places;
+        }
+        for (float& d : distances) d *= 1.3f;
     }
 }
 

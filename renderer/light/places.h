@@ -54,6 +54,8 @@ struct PlacesInput {
     const glm::dmat3& mapFromWorld;
     glm::dvec3 origin{0.0};  // world
     double distance = 0.0;   // metres; larger if there would be more places than `limit`
+    // Where set: a distance that is smaller near some points of the world.
+    std::function<double(const glm::dvec3&)> distanceAt;
     std::uint32_t limit = ~0u;
     // The distance from a point along its normal to the next surface, metres; infinite if there is
     // none. Points do not share one-sided places that another surface covers: the floor under a

@@ -12,24 +12,64 @@ namespace clerestory::light {
 namespace {
 
 // Halvings of an edge: bounds the work for triangles of extreme size.
-constexpr int kMaxDepth = 9;
+constexpr int kMaxDepth = 24;
 
-// Largest factor by which an instance of the mesh lengthens an edge; 0 if no instance shows light.
-std::vector<double> scalesOf(const Scene& scene, const Pose& pose) {
+// A body is small below this multiple of the common length.
+constexpr double kSmall = 8.0;
+constexpr std::size_t kMaxSmall = 64;  // the largest of them
+// Length of edges relative to the size of the body: at least, and at most where it pays.
+constexpr double kFinest = 0.05, kCoarsest = 0.4;
+// Growth of the length with the distance from the body, in units of the length at the body.
+constexpr double kGrowth = 5.0;
+
+// Whether light is computed at the vertices of an instance of a mesh that is divided.
+bool isDivided(const Scene& scene, const std::vector<bool>& moves, std::size_t i) {
+    const Instance& instance = scene.instances[i];
+    return !moves[i] && scene.meshes[instance.mesh].deformation == kNone &&
+           !scene.materials[instance.material].unlit &&
+           i != scene.ground;  // made with small triangles
+}
+
+// Where the instances of a mesh are, and the largest factor by which one lengthens an edge; 0 if no
+// instance shows light.
+struct Placement {
+    struct Place {
+        glm::dmat4 worldFromMesh{1.0};
+        std::uint32_t instance = 0;
+    };
+    double scale = 0.0;
+    std::vector<Place> places;
+};
+
+std::vector<Placement> placementsOf(const Scene& scene, const Pose& pose) {
     const std::vector<bool> moves = instancesThatMove(scene);
-    std::vector<double> scales(scene.meshes.size(), 0.0);
+    std::vector<Placement> placements(scene.meshes.size());
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
-        const Instance& instance = scene.instances[i];
-        if (moves[i] || scene.meshes[instance.mesh].deformation != kNone) continue;
-        if (scene.materials[instance.material].unlit) continue;
-        if (i == scene.ground) continue;  // made with small triangles
-        const glm::dmat4& m = pose.worldFromNode[instance.node];
+        if (!isDivided(scene, moves, i)) continue;
+        Placement& placement = placements[scene.instances[i].mesh];
+        const glm::dmat4& m = pose.worldFromNode[scene.instances[i].node];
         for (int column = 0; column < 3; ++column) {
-            scales[instance.mesh] =
-                std::max(scales[instance.mesh], glm::length(glm::dvec3(m[column])));
+            placement.scale = std::max(placement.scale, glm::length(glm::dvec3(m[column])));
         }
+        placement.places.push_back({m, static_cast<std::uint32_t>(i)});
     }
-    return scales;
+    // Copies share their triangles: near small bodies, few may.
+    constexpr std::size_t kMaxCopies = 4;
+    for (Placement& placement : placements) {
+        if (placement.places.size() > kMaxCopies) placement.places.clear();
+    }
+    return placements;
+}
+
+bool isTooLong(const EdgeLengths& edges, const Placement& placement, const glm::dvec3& a,
+               const glm::dvec3& b) {
+    const double length = placement.scale * glm::distance(a, b);
+    if (length > edges.common) return true;
+    if (edges.small.empty() || !(length > edges.perSize * edges.small.back().size)) return false;
+    return std::any_of(placement.places.begin(), placement.places.end(), [&](const auto& place) {
+        const glm::dvec3 middle(place.worldFromMesh * glm::dvec4(0.5 * (a + b), 1.0));
+        return length > edges.at(middle, place.instance);
+    });
 }
 
 // Halves edges for which tooLong(a, b) until none is left, and passes the triangles that result to
@@ -77,28 +117,29 @@ void divide(const Corner& a, const Corner& b, const Corner& c, const TooLong& to
     }
 }
 
-// A triangle of the scene with its size in the world.
-struct Sized {
-    glm::dvec3 corners[3];
-    double longest = 0.0;  // edge
+struct Triangle {
+    glm::dvec3 corners[3];  // of the mesh
+    double longest = 0.0;   // edge, world
+    const Placement* placement = nullptr;
 };
 
-std::vector<Sized> trianglesOf(const Scene& scene, const std::vector<double>& scales) {
-    std::vector<Sized> triangles;
+std::vector<Triangle> trianglesOf(const Scene& scene, const std::vector<Placement>& placements) {
+    std::vector<Triangle> triangles;
     for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
         const Mesh& mesh = scene.meshes[m];
-        if (!(scales[m] > 0.0) || mesh.primitive != Primitive::triangles) continue;
+        const double scale = placements[m].scale;
+        if (!(scale > 0.0) || mesh.primitive != Primitive::triangles) continue;
         for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
             const Cluster& cluster = scene.clusters[mesh.firstCluster + c];
             for (std::uint32_t i = 0; i < cluster.indexCount; i += 3) {
-                Sized t;
+                Triangle t{.placement = &placements[m]};
                 for (std::uint32_t k = 0; k < 3; ++k) {
                     const std::uint32_t index = scene.indices[cluster.firstIndex + i + k];
-                    t.corners[k] = scales[m] * glm::dvec3(scene.vertices[index].position);
+                    t.corners[k] = glm::dvec3(scene.vertices[index].position);
                 }
                 for (int k = 0; k < 3; ++k) {
-                    t.longest =
-                        std::max(t.longest, glm::distance(t.corners[k], t.corners[(k + 1) % 3]));
+                    const double edge = glm::distance(t.corners[k], t.corners[(k + 1) % 3]);
+                    t.longest = std::max(t.longest, scale * edge);
                 }
                 triangles.push_back(t);
             }
@@ -108,37 +149,91 @@ std::vector<Sized> trianglesOf(const Scene& scene, const std::vector<double>& sc
 }
 
 // Triangles that one is divided into; somewhat more than `limit` if there would be more.
-std::uint64_t countOfParts(const Sized& t, double longest, std::uint64_t limit) {
+std::uint64_t countOfParts(const Triangle& t, const EdgeLengths& edges, std::uint64_t limit) {
     std::uint64_t count = 0;
     divide(
         t.corners[0], t.corners[1], t.corners[2],
         [&](const glm::dvec3& a, const glm::dvec3& b) {
-            return count <= limit && glm::distance(a, b) > longest;
+            return count <= limit && isTooLong(edges, *t.placement, a, b);
         },
         [](const glm::dvec3& a, const glm::dvec3& b) { return 0.5 * (a + b); },
         [&](const auto&, const auto&, const auto&) { ++count; });
     return count;
 }
 
-// The shortest length of an edge in the world with which no more triangles are added.
-double edgeFor(const std::vector<Sized>& triangles, double shortest, double diagonal,
-               std::uint64_t addedTriangles) {
-    const auto isEnough = [&](double length) {
-        std::uint64_t added = 0;
-        for (const Sized& t : triangles) {
-            if (!(t.longest > length)) continue;
-            added += countOfParts(t, length, addedTriangles + 1 - added) - 1;
-            if (added > addedTriangles) return false;
-        }
-        return true;
+// Triangles that are added; somewhat more than `limit` if there would be more.
+std::uint64_t countOfAdded(const std::vector<Triangle>& triangles, const EdgeLengths& edges,
+                           std::uint64_t limit) {
+    double shortest = edges.common;
+    if (!edges.small.empty()) {
+        shortest = std::min(shortest, edges.perSize * edges.small.back().size);
+    }
+    std::uint64_t added = 0;
+    for (const Triangle& t : triangles) {
+        if (!(t.longest > shortest)) continue;
+        added += countOfParts(t, edges, limit + 1 - added) - 1;
+        if (added > limit) return added;
+    }
+    return added;
+}
+
+// The smallest value with which no more triangles than `limit` are added, and which is at least
+// `low`; `high` if there is none. set: sets the value.
+template <class Set>
+double smallestWithin(const std::vector<Triangle>& triangles, EdgeLengths edges, double low,
+                      double high, std::uint64_t limit, const Set& set) {
+    const auto isEnough = [&](double value) {
+        set(edges, value);
+        return countOfAdded(triangles, edges, limit) <= limit;
     };
-    double low = shortest, high = std::max(shortest, diagonal);
     if (isEnough(low)) return low;
     for (int i = 0; i < 24; ++i) {
         const double middle = std::sqrt(low * high);
         (isEnough(middle) ? high : low) = middle;
     }
     return high;
+}
+
+// The largest first.
+std::vector<EdgeLengths::Body> smallBodies(const Scene& scene, const Pose& pose, double common) {
+    const std::vector<bool> moves = instancesThatMove(scene);
+    std::vector<EdgeLengths::Body> bodies;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        const Mesh& mesh = scene.meshes[instance.mesh];
+        if (!isDivided(scene, moves, i) || mesh.primitive != Primitive::triangles) continue;
+        Bounds box;
+        for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
+            box.add(scene.clusters[mesh.firstCluster + c].bounds);
+        }
+        box = transformed(box, pose.worldFromNode[instance.node]);
+        const double size = box.diagonal();
+        if (size > 0.0 && size < kSmall * common) {
+            bodies.push_back({box, size, static_cast<std::uint32_t>(i)});
+        }
+    }
+    std::stable_sort(bodies.begin(), bodies.end(),
+                     [](const auto& a, const auto& b) { return a.size > b.size; });
+    if (bodies.size() > kMaxSmall) bodies.resize(kMaxSmall);
+    return bodies;
+}
+
+EdgeLengths edgeLengthsFor(const Scene& scene, const Pose& pose,
+                           const std::vector<Triangle>& triangles, const RefinementLimits& limits) {
+    const double diagonal = lastingBounds(scene, pose).diagonal();
+    const double shortest = limits.shortestEdge * diagonal;
+    EdgeLengths edges;
+    edges.common =
+        smallestWithin(triangles, edges, shortest, std::max(shortest, diagonal),
+                       limits.addedTriangles, [](EdgeLengths& e, double v) { e.common = v; });
+    const std::uint64_t before = countOfAdded(triangles, edges, limits.addedTriangles);
+    edges.small = smallBodies(scene, pose, edges.common);
+    if (edges.small.empty()) return edges;
+    edges.perSize =
+        smallestWithin(triangles, edges, kFinest, kCoarsest, before + limits.addedNearBodies,
+                       [](EdgeLengths& e, double v) { e.perSize = v; });
+    if (edges.perSize >= kCoarsest) edges.small.clear();
+    return edges;
 }
 
 glm::vec3 unitOr(const glm::vec3& v, const glm::vec3& other) {
@@ -160,15 +255,17 @@ Vertex middleOf(const Vertex& a, const Vertex& b) {
 // Divides the triangles of one mesh.
 class Divider {
 public:
-    Divider(std::vector<Vertex>& vertices, std::vector<std::uint32_t>& indices, double longest)
-        : vertices_(vertices), indices_(indices), longest_(longest) {}
+    Divider(std::vector<Vertex>& vertices, std::vector<std::uint32_t>& indices,
+            const EdgeLengths& edges, const Placement& placement)
+        : vertices_(vertices), indices_(indices), edges_(edges), placement_(placement) {}
 
     void add(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
         divide(
             a, b, c,
             [this](std::uint32_t p, std::uint32_t q) {
-                return glm::distance(glm::dvec3(vertices_[p].position),
-                                     glm::dvec3(vertices_[q].position)) > longest_;
+                return placement_.scale > 0.0 &&
+                       isTooLong(edges_, placement_, glm::dvec3(vertices_[p].position),
+                                 glm::dvec3(vertices_[q].position));
             },
             [this](std::uint32_t p, std::uint32_t q) { return middle(p, q); },
             [this](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
@@ -189,7 +286,8 @@ private:
 
     std::vector<Vertex>& vertices_;
     std::vector<std::uint32_t>& indices_;
-    double longest_;
+    const EdgeLengths& edges_;
+    const Placement& placement_;
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles_;
 };
 
@@ -209,6 +307,18 @@ Scene withoutTexels(const Scene& scene) {
 }
 
 }  // namespace
+
+double EdgeLengths::at(const glm::dvec3& world, std::uint32_t except) const {
+    double length = common;
+    for (const Body& body : small) {
+        if (body.instance == except) continue;
+        const glm::dvec3 outside =
+            glm::max(glm::max(glm::dvec3(body.box.min) - world, world - glm::dvec3(body.box.max)),
+                     glm::dvec3(0.0));
+        length = std::min(length, perSize * (body.size + kGrowth * glm::length(outside)));
+    }
+    return length;
+}
 
 VertexRange vertexRange(const Scene& scene, const Mesh& mesh) {
     if (mesh.deformation != kNone) {
@@ -230,12 +340,10 @@ Refined refined(const Scene& scene, const Pose& pose, const RefinementLimits& li
     Scene fine = withoutTexels(scene);
     std::vector<VertexRange> ranges;
     for (const Mesh& mesh : scene.meshes) ranges.push_back(vertexRange(scene, mesh));
-    if (overlaps(ranges)) return {std::move(fine)};
+    if (overlaps(ranges)) return {std::move(fine), {}};
 
-    const std::vector<double> scales = scalesOf(scene, pose);
-    const double diagonal = lastingBounds(scene, pose).diagonal();
-    const double longest = edgeFor(trianglesOf(scene, scales), limits.shortestEdge * diagonal,
-                                   diagonal, limits.addedTriangles);
+    const std::vector<Placement> placements = placementsOf(scene, pose);
+    EdgeLengths edges = edgeLengthsFor(scene, pose, trianglesOf(scene, placements), limits);
     fine.vertices.clear();
     fine.indices.clear();
     for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
@@ -245,10 +353,8 @@ Refined refined(const Scene& scene, const Pose& pose, const RefinementLimits& li
         fine.vertices.insert(fine.vertices.end(), scene.vertices.begin() + range.first,
                              scene.vertices.begin() + range.first + range.count);
         if (mesh.deformation != kNone) fine.deformations[mesh.deformation].firstVertex = first;
-        const double local =
-            scales[m] > 0.0 ? longest / scales[m] : std::numeric_limits<double>::infinity();
         const bool surface = mesh.primitive == Primitive::triangles;
-        Divider divider(fine.vertices, fine.indices, local);
+        Divider divider(fine.vertices, fine.indices, edges, placements[m]);
         std::uint32_t primitives = 0;
         for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
             const Cluster& coarse = scene.clusters[mesh.firstCluster + c];
@@ -270,7 +376,7 @@ Refined refined(const Scene& scene, const Pose& pose, const RefinementLimits& li
         endTriple(fine.indices);
         fine.meshes[m].primitives = primitives;
     }
-    return {std::move(fine), longest};
+    return {std::move(fine), std::move(edges)};
 }
 
 }  // namespace clerestory::light

@@ -27,7 +27,7 @@ Material matte(float albedo) {
 }  // namespace
 
 // A black wall at x = -1 of height 1 hides the window, at 45 degrees, from the floor up to x = 0.
-TEST_F(WindowLight, HasAShadowAndEvenLightBesideIt) {
+TEST_F(WindowLight, HasAShadowAndEvenLightNextToIt) {
     addMap("window", 64, glm::dmat3(1.0), window);
     Scene scene;
     const double quarter = 0.5 * std::numbers::pi;

@@ -1,0 +1,57 @@
+// Light next to a body that is small compared with the scene.
+#include "support.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace clerestory::test {
+namespace {
+
+class SmallBodies : public GlTest {};
+
+Material lambert(float albedo) {
+    Material m;
+    m.baseColor = glm::vec4(glm::vec3(albedo), 1.0f);
+    m.metallic = 0.0f;
+    m.specular = 0.0f;
+    return m;
+}
+
+}  // namespace
+
+// A black ball of radius R that rests on a floor hides (R / d)^3 of the light of a white sky from a
+// point at the distance d from its centre (form factor of a sphere above the horizon).
+TEST_F(SmallBodies, DarkenAWideFloor) {
+    constexpr double kRadius = 0.125;
+    Scene scene;
+    place(scene, quad(50.0f, addMaterial(scene, lambert(0.5f))),
+          glm::rotate(glm::dmat4(1.0), -0.5 * std::numbers::pi, glm::dvec3(1.0, 0.0, 0.0)));
+    place(scene, sphere(static_cast<float>(kRadius), 32, addMaterial(scene, lambert(0.0f))),
+          glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, kRadius, 0.0)));
+    FrameRequest r = request(std::move(scene), "wide floor", {0.0, 4.0, 0.0});
+    r.camera.target = glm::dvec3(0.0);
+    r.camera.up = glm::dvec3(0.0, 0.0, -1.0);
+    r.camera.yfov = 0.25;
+    r.environment.map = "white";
+    r.effects.indirectLight = true;
+    ASSERT_TRUE(renderer().completeLight(r).complete);
+    const Image image = renderer().render(r).image;
+    double squares = 0.0;
+    int compared = 0;
+    for (std::uint32_t y = 0; y < 64; ++y) {
+        for (std::uint32_t x = 0; x < 64; ++x) {
+            const double perPixel = 4.0 * std::tan(0.125) / 32.0;
+            const double metres = perPixel * std::hypot(x + 0.5 - 32.0, y + 0.5 - 32.0);
+            if (metres < 1.2 * kRadius) continue;  // behind the ball
+            const double d = std::hypot(metres, kRadius);
+            const double expected = 0.5 * (1.0 - std::pow(kRadius / d, 3.0));
+            const double off = double{color(image, x, y).x} - expected;
+            squares += off * off;
+            ++compared;
+        }
+    }
+    ASSERT_GT(compared, 1000);
+    EXPECT_LT(std::sqrt(squares / compared), 0.01);
+}
+
+}  // namespace clerestory::test
