@@ -58,9 +58,8 @@ public:
     float clearanceAbove(const Receiver& point) const;
     // Irradiance over pi of the punctual lights. side: 1 or -1.
     glm::vec3 lampsAt(const Receiver& point, float side) const;
-    // Adds a round of rays: distributed as the cosine, towards emitters, and, under an uneven map,
-    // as its light. place: its number,
-    // from which the rays follow.
+    // Adds a round of rays: with the density of cosines, towards emitters, and under an uneven map
+    // with the density of its light. place: its number, from which the rays follow.
     void gather(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
                 RaySums& sum) const;
     // Light at a point, relative to the origin; nothing if it lies within a body.

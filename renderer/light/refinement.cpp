@@ -53,7 +53,7 @@ std::vector<Placement> placementsOf(const Scene& scene, const Pose& pose) {
         }
         placement.places.push_back({m, static_cast<std::uint32_t>(i)});
     }
-    // Copies share their triangles: near small bodies, few may.
+    // Copies share their triangles: what is divided near a small body is divided in all of them.
     constexpr std::size_t kMaxCopies = 4;
     for (Placement& placement : placements) {
         if (placement.places.size() > kMaxCopies) placement.places.clear();
@@ -178,16 +178,16 @@ std::uint64_t countOfAdded(const std::vector<Triangle>& triangles, const EdgeLen
 }
 
 // The smallest value with which no more triangles than `limit` are added, and which is at least
-// `low`; `high` if there is none. set: sets the value.
+// `low`; `high` if there is none. set: sets the value. steps: of the bisection.
 template <class Set>
 double smallestWithin(const std::vector<Triangle>& triangles, EdgeLengths edges, double low,
-                      double high, std::uint64_t limit, const Set& set) {
+                      double high, std::uint64_t limit, int steps, const Set& set) {
     const auto isEnough = [&](double value) {
         set(edges, value);
         return countOfAdded(triangles, edges, limit) <= limit;
     };
     if (isEnough(low)) return low;
-    for (int i = 0; i < 24; ++i) {
+    for (int i = 0; i < steps; ++i) {
         const double middle = std::sqrt(low * high);
         (isEnough(middle) ? high : low) = middle;
     }
@@ -225,14 +225,16 @@ EdgeLengths edgeLengthsFor(const Scene& scene, const Pose& pose,
     EdgeLengths edges;
     edges.common =
         smallestWithin(triangles, edges, shortest, std::max(shortest, diagonal),
-                       limits.addedTriangles, [](EdgeLengths& e, double v) { e.common = v; });
-    const std::uint64_t before = countOfAdded(triangles, edges, limits.addedTriangles);
-    edges.small = smallBodies(scene, pose, edges.common);
-    if (edges.small.empty()) return edges;
-    edges.perSize =
-        smallestWithin(triangles, edges, kFinest, kCoarsest, before + limits.addedNearBodies,
-                       [](EdgeLengths& e, double v) { e.perSize = v; });
-    if (edges.perSize >= kCoarsest) edges.small.clear();
+                       limits.addedTriangles, 24, [](EdgeLengths& e, double v) { e.common = v; });
+    const std::uint64_t limit =
+        countOfAdded(triangles, edges, limits.addedTriangles) + limits.addedNearBodies;
+    // The smaller half of the bodies is left out as long as there would be too many triangles.
+    for (edges.small = smallBodies(scene, pose, edges.common); !edges.small.empty();
+         edges.small.resize(edges.small.size() / 2)) {
+        edges.perSize = smallestWithin(triangles, edges, kFinest, kCoarsest, limit, 8,
+                                       [](EdgeLengths& e, double v) { e.perSize = v; });
+        if (edges.perSize < kCoarsest) break;
+    }
     return edges;
 }
 

@@ -37,7 +37,8 @@ struct EdgeLengths {
 };
 
 // Edges that are longer in the world are divided in the middle, until none is left. Whether an edge
-// is divided depends on its ends only, so that no gaps open between triangles that share it.
+// of a mesh is divided depends on its ends only, so that no gaps open between triangles that share
+// it. The body that a mesh is does not shorten its own edges.
 struct Refined {
     Scene scene;
     EdgeLengths edges;

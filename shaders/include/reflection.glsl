@@ -198,10 +198,10 @@ vec3 mapAlong(vec3 position, vec3 towards, float roughness) {
 
 // At an angle the lobe of a rough surface is longer in the plane of incidence than across it, but maps
 // are filtered for round lobes. Therefore it is a sum of look-ups along the plane, which is blended into
-// the one of roundLobe() at steeper angles and on surfaces that are smoother or reflect little. Weights add up to one, so a
-// uniform map is reproduced.
-const vec2 kAtAngle = vec2(0.5f, 0.65f);    // n.v: the sum below the first, none above the second
-const vec2 kRoughLobe = vec2(0.1f, 0.2f);  // roughness: none below the first, the sum above the second
+// the one of roundLobe() at steeper angles and on surfaces that are smoother or reflect little. Weights
+// add up to one, so a uniform map is reproduced.
+const vec2 kAtAngle = vec2(0.5f, 0.65f);      // n.v: the sum below the first, none above the second
+const vec2 kRoughLobe = vec2(0.1f, 0.2f);     // roughness: none below the first, the sum above the second
 const vec2 kReflective = vec2(0.05f, 0.08f);  // reflectance: likewise
 vec3 longLobe(Surface s, vec3 position, vec3 single) {
     float part = (1.0f - smoothstep(kAtAngle.x, kAtAngle.y, s.nDotV)) *

@@ -64,10 +64,10 @@ struct RoundLobe {
 };
 
 // At an angle the visible microfacets turn towards the eye, which lifts the lobe off the surface, and
-// the lobe is narrower across the plane of incidence. normal, toEye: unit. nDotV: above 0.
-// The factors are fitted to the integral of GGX: over 600 lobes of roughness 0.15 to 0.65 at all angles in three HDR maps
-// the displayed value is off by 0.059 (root mean square); the mirror's direction with alpha's own
-// width, by 0.089, at n.v below 0.2 by 0.085 and 0.145.
+// the lobe is narrower across the plane of incidence. normal, toEye: unit. nDotV: above 0. The factors
+// are fitted to the integral of GGX: over 600 lobes of roughness 0.15 to 0.65 at all angles in three HDR
+// maps the root mean square error of the displayed value is 0.059. With the mirror's direction and the
+// width of alpha it is 0.089. At n.v below 0.2: 0.085 and 0.145.
 RoundLobe roundLobe(vec3 normal, vec3 toEye, float nDotV, float alpha) {
     // The view direction, stretched so that the microfacets become a sphere (Heitz 2018).
     float stretched = sqrt(alpha * alpha * (1.0f - nDotV * nDotV) + nDotV * nDotV);
@@ -93,9 +93,9 @@ struct LobePart {
 };
 
 // Part i of `count`: the microfacets at the quantiles of their slopes in the plane, whose distribution
-// is 1 / (2 alpha (1 + t^2)^(3/2)) with t = slope / alpha. Each is as wide across as GGX is there, or as far
-// as its neighbours. side: unit, tangent, towards the eye. The error of roundLobe() above is 0.047 with four parts
-// and 0.046 with six.
+// is 1 / (2 alpha (1 + t^2)^(3/2)) with t = slope / alpha. Each is as wide across as GGX is there, or as
+// wide as the distance of its neighbours. side: unit, tangent, towards the eye. The error stated above is
+// 0.047 with four parts and 0.046 with six.
 LobePart partOfLobe(vec3 normal, vec3 side, vec3 toEye, float alpha, int i, int count) {
     float u = (2.0f * float(i) + 1.0f) / float(count) - 1.0f;
     float perRoot = inversesqrt(1.0f - u * u);  // |u| is below 1

@@ -23,18 +23,9 @@ class LightOnSurfaces : public GlTest {};
 
 constexpr float kPi = 3.14159265358979f;
 
-// Lambert alone: reflects nothing from its surface.
-Material matte(float albedo) {
-    Material m;
-    m.baseColor = glm::vec4(glm::vec3(albedo), 1.0f);
-    m.metallic = 0.0f;
-    m.specular = 0.0f;
-    return m;
-}
-
 float centerAfterLight(const Light& light, const glm::dmat4& worldFromLight, const char* id) {
     Scene scene;
-    place(scene, quad(2.0f, addMaterial(scene, matte(0.5f))));
+    place(scene, quad(2.0f, addMaterial(scene, lambert(0.5f))));
     addLight(scene, light, worldFromLight);
     FrameRequest r = request(std::move(scene), id, {0, 0, 1});
     r.width = r.height = 65;  // a pixel's centre looks straight ahead
@@ -73,7 +64,7 @@ TEST_F(LightOnSurfaces, WhiteMetalVanishesInAWhiteFurnace) {
 TEST_F(LightOnSurfaces, NormalsThatTurnAwayMirrorNoMoreThanTheFaceLets) {
     for (const float roughness : {0.0f, 0.1f, 0.3f}) {
         Scene scene;
-        Material black = matte(0.0f);
+        Material black = lambert(0.0f);
         black.specular = 1.0f;
         black.roughness = roughness;
         MeshDraft draft = quad(2.0f, addMaterial(scene, black));
@@ -134,7 +125,7 @@ TEST_F(LightOnSurfaces, ASpotLightsItsConeOnly) {
 
 TEST_F(LightOnSurfaces, AMatteSurfaceInGreyLightHasItsAlbedoTimesThatLight) {
     Scene scene;
-    place(scene, quad(2.0f, addMaterial(scene, matte(0.5f))));
+    place(scene, quad(2.0f, addMaterial(scene, lambert(0.5f))));
     FrameRequest r = request(std::move(scene), "grey");
     r.environment.map = "grey";
     r.environment.intensity = 3.0;
@@ -144,7 +135,7 @@ TEST_F(LightOnSurfaces, AMatteSurfaceInGreyLightHasItsAlbedoTimesThatLight) {
 TEST_F(LightOnSurfaces, OcclusionAffectsOnlyTheEnvironment) {
     const auto seen = [](bool occluded, const char* environment, float lamp) {
         Scene scene;
-        Material m = matte(0.5f);
+        Material m = lambert(0.5f);
         m.occlusionTexture.texture = addTexture2x2(
             scene, {glm::u8vec4(51), glm::u8vec4(51), glm::u8vec4(51), glm::u8vec4(51)},
             Wrap::repeat);

@@ -6,17 +6,7 @@
 
 namespace clerestory::test {
 namespace {
-
 class SmallBodies : public GlTest {};
-
-Material lambert(float albedo) {
-    Material m;
-    m.baseColor = glm::vec4(glm::vec3(albedo), 1.0f);
-    m.metallic = 0.0f;
-    m.specular = 0.0f;
-    return m;
-}
-
 }  // namespace
 
 // A black ball of radius R that rests on a floor hides (R / d)^3 of the light of a white sky from a

@@ -72,6 +72,15 @@ Material mirrorMetal(float reflectance, float roughness) {
             .roughness = roughness};
 }
 
+Material lambert(float albedo, float emitted) {
+    Material m;
+    m.baseColor = glm::vec4(glm::vec3(albedo), 1.0f);
+    m.metallic = 0.0f;
+    m.specular = 0.0f;
+    m.emissive = glm::vec3(emitted);
+    return m;
+}
+
 Material clearGlass(float ior, float roughness) {
     return {.name = "glass",
             .metallic = 0.0f,

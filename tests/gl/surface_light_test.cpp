@@ -13,16 +13,6 @@ namespace {
 
 class LightBetweenSurfaces : public GlTest {};
 
-// Lambert alone.
-Material matte(float albedo, float emitted = 0.0f) {
-    Material m;
-    m.baseColor = glm::vec4(glm::vec3(albedo), 1.0f);
-    m.metallic = 0.0f;
-    m.specular = 0.0f;
-    m.emissive = glm::vec3(emitted);
-    return m;
-}
-
 // Six squares of edge 2 about the origin that face inwards.
 void placeRoom(Scene& scene, Index material) {
     const glm::dvec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -73,7 +63,7 @@ bool same(const Image& a, const Image& b) {
 
 TEST_F(LightBetweenSurfaces, AClosedRoomIsDarkUnderAnySky) {
     Scene scene;
-    placeRoom(scene, addMaterial(scene, matte(0.5f)));
+    placeRoom(scene, addMaterial(scene, lambert(0.5f)));
     FrameRequest r = request(std::move(scene), "closed", {0.0, 0.0, 0.5});
     r.environment.map = "white";
     EXPECT_NEAR(centerColor(renderer().render(r).image).x, 0.5f, 1e-2f);
@@ -87,7 +77,7 @@ TEST_F(LightBetweenSurfaces, AClosedRoomIsDarkUnderAnySky) {
 TEST_F(LightBetweenSurfaces, ARoomOfGlowingWallsHasTheSumOfAllBounces) {
     for (const float albedo : {0.5f, 0.8f, 0.9f}) {
         Scene scene;
-        placeRoom(scene, addMaterial(scene, matte(albedo, 0.25f)));
+        placeRoom(scene, addMaterial(scene, lambert(albedo, 0.25f)));
         const FrameRequest r = lit(request(std::move(scene), "glowing", {0.0, 0.0, 0.5}));
         const Image image = renderer().render(r).image;
         const float expected = 0.25f / (1.0f - albedo);
@@ -104,8 +94,8 @@ TEST_F(LightBetweenSurfaces, ARoomOfGlowingWallsHasTheSumOfAllBounces) {
 // plate that emits e, the plates have e / (1 - a^2) and a e / (1 - a^2).
 TEST_F(LightBetweenSurfaces, ACorridorOfTwoGreyWallsHasItsSeries) {
     Scene scene;
-    place(scene, quad(20.0f, addMaterial(scene, matte(0.5f))));
-    Material bright = matte(0.5f, 0.3f);
+    place(scene, quad(20.0f, addMaterial(scene, lambert(0.5f))));
+    Material bright = lambert(0.5f, 0.3f);
     bright.doubleSided = true;
     place(scene, quad(20.0f, addMaterial(scene, bright)), moved(0.0, 0.0, 1));
     FrameRequest r = request(std::move(scene), "corridor");
@@ -120,8 +110,8 @@ TEST_F(LightBetweenSurfaces, ACorridorOfTwoGreyWallsHasItsSeries) {
 TEST_F(LightBetweenSurfaces, ARectangularLampLightsTheFloorAsItsFormFactor) {
     for (const double height : {0.5, 1.0, 2.0}) {
         Scene scene;
-        place(scene, quad(3.0f, addMaterial(scene, matte(0.5f))), facingUp());
-        Material lamp = matte(0.0f, 4.0f);
+        place(scene, quad(3.0f, addMaterial(scene, lambert(0.5f))), facingUp());
+        Material lamp = lambert(0.0f, 4.0f);
         lamp.doubleSided = false;
         place(scene, quad(0.5f, addMaterial(scene, lamp)), facingDown(height));
         // From next to the lamp to the point below its centre.
@@ -137,10 +127,10 @@ TEST_F(LightBetweenSurfaces, ARectangularLampLightsTheFloorAsItsFormFactor) {
 // At its foot, half of the sky is behind a high wall.
 TEST_F(LightBetweenSurfaces, AWallHidesHalfOfTheSky) {
     Scene scene;
-    place(scene, quad(4.0f, addMaterial(scene, matte(0.5f))), facingUp());
+    place(scene, quad(4.0f, addMaterial(scene, lambert(0.5f))), facingUp());
     glm::dmat4 wall(1.0);
     wall[3] = {0.0, 4.0, -0.25, 1.0};
-    place(scene, quad(4.0f, addMaterial(scene, matte(0.0f))), wall);
+    place(scene, quad(4.0f, addMaterial(scene, lambert(0.0f))), wall);
     FrameRequest r = lookingAt(request(std::move(scene), "wall"), {0.0, 0.5, 2.0}, {0.0, 0.0, 0.0});
     r.environment.map = "white";
     const double open = centerColor(renderer().render(r).image).x;
@@ -172,7 +162,7 @@ TEST_F(LightBetweenSurfaces, AConvexBodyHasAllOfTheSky) {
 
 TEST_F(LightBetweenSurfaces, RoughMetalInAClosedRoomDoesNotShowTheSky) {
     Scene scene;
-    placeRoom(scene, addMaterial(scene, matte(0.5f)));
+    placeRoom(scene, addMaterial(scene, lambert(0.5f)));
     place(scene, sphere(0.3f, 32, addMaterial(scene, {.metallic = 1.0f, .roughness = 0.9f})));
     FrameRequest r = request(std::move(scene), "metal", {0.0, 0.0, 0.9});
     r.environment.map = "white";
@@ -197,7 +187,7 @@ TEST_F(LightBetweenSurfaces, BallsOfGlassAndMetalInAClosedRoomDoNotShowTheSky) {
     for (auto& [name, ball, glass, curved] : cases) {
         constexpr float kGlow = 0.1f;
         Scene scene;
-        placeRoom(scene, addMaterial(scene, matte(0.0f, kGlow)));
+        placeRoom(scene, addMaterial(scene, lambert(0.0f, kGlow)));
         ball.thickness = ball.transmission > 0.0f ? 0.6f : 0.0f;
         const Index m = addMaterial(scene, ball);
         place(scene, sphere(0.3f, 48, m), moved(-0.32, 0.0, 0.0));
@@ -248,10 +238,10 @@ TEST_F(LightBetweenSurfaces, ThinWallsDoNotShowTheSkyOfTheirOtherSide) {
 // A wall between a red light and a blue one.
 TEST_F(LightBetweenSurfaces, EachSideOfAWallHasItsOwnColour) {
     Scene scene;
-    Material wall = matte(0.5f);
+    Material wall = lambert(0.5f);
     wall.doubleSided = true;
     place(scene, quad(1.0f, addMaterial(scene, wall)));
-    Material red = matte(0.0f), blue = matte(0.0f);
+    Material red = lambert(0.0f), blue = lambert(0.0f);
     red.emissive = {1.0f, 0.0f, 0.0f};
     blue.emissive = {0.0f, 0.0f, 1.0f};
     red.doubleSided = blue.doubleSided = true;
@@ -296,10 +286,10 @@ TEST_F(LightBetweenSurfaces, ThinWallsMirrorWhatTheyFace) {
 // A lamp that fills a hundredth of the directions is in few lobes.
 TEST_F(LightBetweenSurfaces, ASmallLampIsNotInEveryLobe) {
     Scene scene;
-    placeRoom(scene, addMaterial(scene, matte(0.0f)));
+    placeRoom(scene, addMaterial(scene, lambert(0.0f)));
     Material metal{.metallic = 1.0f, .roughness = 0.3f};
     place(scene, quad(0.5f, addMaterial(scene, metal)), moved(0.0, 0.0, -0.99));
-    place(scene, quad(0.1f, addMaterial(scene, matte(0.0f, 100.0f))),
+    place(scene, quad(0.1f, addMaterial(scene, lambert(0.0f, 100.0f))),
           moved(0.0, 0.9, 0.0) * facingDown(0.0));
     FrameRequest r = request(std::move(scene), "lamp", {0.0, -0.5, 0.0});
     r.camera.target = {0.0, -0.4, -0.99};
@@ -309,7 +299,7 @@ TEST_F(LightBetweenSurfaces, ASmallLampIsNotInEveryLobe) {
 // Rays from the edge of a wall begin in the plane of the next one.
 TEST_F(LightBetweenSurfaces, EdgesOfThinWallsDoNotShowTheSkyOfTheirOtherSide) {
     Scene scene;
-    Material thin = matte(0.5f);
+    Material thin = lambert(0.5f);
     thin.doubleSided = true;
     placeRoom(scene, addMaterial(scene, thin));
     FrameRequest r = request(std::move(scene), "edges", {0.0, 0.0, 0.9});
@@ -328,8 +318,8 @@ TEST_F(LightBetweenSurfaces, EdgesOfThinWallsDoNotShowTheSkyOfTheirOtherSide) {
 TEST_F(LightBetweenSurfaces, ASlabOnTheFloorIsAsBrightAsTheRoom) {
     for (const double thickness : {0.002, 0.01}) {
         Scene scene;
-        placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
-        const Index stone = addMaterial(scene, matte(0.5f));
+        placeRoom(scene, addMaterial(scene, lambert(0.5f, 0.25f)));
+        const Index stone = addMaterial(scene, lambert(0.5f));
         place(scene, quad(0.95f, stone), moved(0.0, thickness - 0.999, 0.0) * facingUp());
         place(scene, quad(0.95f, stone), facingDown(-0.999));
         FrameRequest r = request(std::move(scene), "slab");
@@ -349,7 +339,7 @@ TEST_F(LightBetweenSurfaces, ASlabOnTheFloorIsAsBrightAsTheRoom) {
 // Rays begin on the faces, and not within the body below normals that lean out of them.
 TEST_F(LightBetweenSurfaces, ACoarseBodyWithSmoothNormalsIsNotDark) {
     Scene scene;
-    Material grey = matte(0.5f);
+    Material grey = lambert(0.5f);
     grey.doubleSided = true;
     MeshDraft body{.material = addMaterial(scene, grey)};
     body.hasNormals = true;
@@ -383,7 +373,7 @@ TEST_F(LightBetweenSurfaces, ACoarseBodyWithSmoothNormalsIsNotDark) {
 
 TEST_F(LightBetweenSurfaces, AFrameBeforeTheLightIsThatOfTheEnvironment) {
     Scene scene;
-    placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
+    placeRoom(scene, addMaterial(scene, lambert(0.5f, 0.25f)));
     FrameRequest r = request(std::move(scene), "before", {0.0, 0.0, 0.5});
     const Frame without = renderer().render(r);
     EXPECT_EQ(without.light.revision, 0u);
@@ -401,9 +391,9 @@ TEST_F(LightBetweenSurfaces, AFrameBeforeTheLightIsThatOfTheEnvironment) {
 // environment, bumps and the backs of sheets included.
 TEST_F(LightBetweenSurfaces, TheFirstFrameShowsTheOpenEnvironment) {
     Scene scene;
-    Material sheet = matte(0.7f);
+    Material sheet = lambert(0.7f);
     sheet.doubleSided = true;
-    place(scene, sphere(0.5f, 48, addMaterial(scene, matte(0.8f))), moved(-0.6, 0.0, 0.0));
+    place(scene, sphere(0.5f, 48, addMaterial(scene, lambert(0.8f))), moved(-0.6, 0.0, 0.0));
     const Index back = addMaterial(scene, sheet);
     place(scene, quad(0.5f, back),
           glm::rotate(moved(0.6, 0.0, 0.0), std::numbers::pi, glm::dvec3(0.3, 1.0, 0.0)));
@@ -426,7 +416,7 @@ TEST_F(LightBetweenSurfaces, TheFirstFrameShowsTheOpenEnvironment) {
 // A second set would double the time of a cold start.
 TEST_F(LightBetweenSurfaces, FramesBeforeAndAfterTheLightHaveTheSamePrograms) {
     Scene scene;
-    placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
+    placeRoom(scene, addMaterial(scene, lambert(0.5f, 0.25f)));
     place(scene, sphere(0.3f, 16, addMaterial(scene, mirrorMetal(0.9f, 0.3f))));
     addLight(scene, {.intensity = glm::vec3(2.0f)}, moved(0.0, 0.8, 0.0));
     FrameRequest r = request(std::move(scene), "programs", {0.0, 0.0, 0.9});
@@ -449,8 +439,8 @@ TEST_F(LightBetweenSurfaces, FramesBeforeAndAfterTheLightHaveTheSamePrograms) {
 // The map shows geometry. Refined meshes are others, so that it is drawn a second time for them.
 TEST_F(LightBetweenSurfaces, ShadowMapsStayWhileTheLightChanges) {
     Scene scene;
-    placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
-    place(scene, sphere(0.3f, 16, addMaterial(scene, matte(0.8f))));
+    placeRoom(scene, addMaterial(scene, lambert(0.5f, 0.25f)));
+    place(scene, sphere(0.3f, 16, addMaterial(scene, lambert(0.8f))));
     addLight(scene, {.intensity = glm::vec3(2.0f)}, moved(0.0, 0.8, 0.0));
     FrameRequest r = request(std::move(scene), "kept shadows", {0.0, 0.0, 0.9});
     r.effects = {};
@@ -473,7 +463,7 @@ TEST_F(LightBetweenSurfaces, ShadowMapsStayWhileTheLightChanges) {
 // bytes of those without both effects.
 TEST_F(LightBetweenSurfaces, WhereNothingHidesTheyCostNothing) {
     Scene scene;
-    place(scene, sphere(0.5f, 24, addMaterial(scene, matte(0.8f, 0.1f))));
+    place(scene, sphere(0.5f, 24, addMaterial(scene, lambert(0.8f, 0.1f))));
     addLight(scene, {.intensity = glm::vec3(2.0f)}, moved(0.0, 2.0, 1.0));
     FrameRequest r = request(std::move(scene), "alone");
     r.environment.map = "dusk";
@@ -498,8 +488,8 @@ TEST_F(LightBetweenSurfaces, WhereNothingHidesTheyCostNothing) {
 TEST_F(LightBetweenSurfaces, LightIsTheSameWhenItIsComputedAgain) {
     const auto draw = [] {
         Scene scene;
-        placeRoom(scene, addMaterial(scene, matte(0.5f, 0.25f)));
-        place(scene, sphere(0.3f, 16, addMaterial(scene, matte(0.8f))));
+        placeRoom(scene, addMaterial(scene, lambert(0.5f, 0.25f)));
+        place(scene, sphere(0.3f, 16, addMaterial(scene, lambert(0.8f))));
         return renderer().render(lit(request(std::move(scene), "again", {0.0, 0.0, 0.9}))).image;
     };
     EXPECT_TRUE(same(draw(), draw()));
@@ -508,7 +498,7 @@ TEST_F(LightBetweenSurfaces, LightIsTheSameWhenItIsComputedAgain) {
 // Materials and the environment belong to the light; the camera and the size do not.
 TEST_F(LightBetweenSurfaces, WhatTheLightDependsOnBeginsAnother) {
     Scene scene;
-    Material walls = matte(0.5f, 0.25f);
+    Material walls = lambert(0.5f, 0.25f);
     walls.name = "walls";
     placeRoom(scene, addMaterial(scene, walls));
     const FrameRequest r = lit(request(std::move(scene), "other", {0.0, 0.0, 0.5}));
@@ -530,9 +520,9 @@ TEST_F(LightBetweenSurfaces, WhatMovesHasTheLightOfItsPlace) {
     for (const bool metal : {false, true}) {
         for (const float emitted : {0.0f, 0.25f}) {
             Scene scene;
-            placeRoom(scene, addMaterial(scene, matte(0.5f, emitted)));
+            placeRoom(scene, addMaterial(scene, lambert(0.5f, emitted)));
             const Index ball = addMaterial(
-                scene, metal ? Material{.metallic = 1.0f, .roughness = 0.9f} : matte(0.5f));
+                scene, metal ? Material{.metallic = 1.0f, .roughness = 0.9f} : lambert(0.5f));
             place(scene, sphere(0.2f, 24, ball));
             moveLast(scene, {-0.3f, 0.0f, -0.5f}, {0.3f, 0.0f, -0.5f});
             FrameRequest r = request(std::move(scene), "moving", {0.0, 0.0, 0.8});

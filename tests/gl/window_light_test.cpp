@@ -16,14 +16,6 @@ glm::vec3 window(const glm::dvec3& direction) {
     return glm::vec3(glm::dot(direction, kWindow) > 0.9925 ? 100.0f : 0.0f);
 }
 
-Material matte(float albedo) {
-    Material m;
-    m.baseColor = glm::vec4(glm::vec3(albedo), 1.0f);
-    m.metallic = 0.0f;
-    m.specular = 0.0f;
-    return m;
-}
-
 }  // namespace
 
 // A black wall at x = -1 of height 1 hides the window, at 45 degrees, from the floor up to x = 0.
@@ -31,9 +23,9 @@ TEST_F(WindowLight, HasAShadowAndEvenLightNextToIt) {
     addMap("window", 64, glm::dmat3(1.0), window);
     Scene scene;
     const double quarter = 0.5 * std::numbers::pi;
-    place(scene, quad(4.0f, addMaterial(scene, matte(0.5f))),
+    place(scene, quad(4.0f, addMaterial(scene, lambert(0.5f))),
           glm::rotate(glm::dmat4(1.0), -quarter, glm::dvec3(1.0, 0.0, 0.0)));
-    Material black = matte(0.0f);
+    Material black = lambert(0.0f);
     black.doubleSided = true;
     place(scene, quad(1.0f, addMaterial(scene, black)),
           glm::translate(glm::dmat4(1.0), glm::dvec3(-1.0, 0.0, 0.0)) *

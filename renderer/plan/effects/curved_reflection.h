@@ -11,8 +11,8 @@ namespace clerestory {
 void planCurvedReflections(ViewContext& context, const ViewTask& task, SeenView& seen,
                            DrawScene& drawn);
 
-// Marks rough metals that reflect a map, so that they average several directions. Does nothing in
-// captured views, which are blurred anyway.
+// Marks surfaces that reflect a map and may be rough, so that they make several look-ups where they
+// are seen at an angle. Does nothing in captured views, which are blurred anyway.
 void planRoughReflections(const ViewContext& context, const ViewTask& task, SeenView& seen);
 
 }  // namespace clerestory

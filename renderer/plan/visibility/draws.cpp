@@ -117,8 +117,7 @@ bool hasWideLobe(const Material& m, const Stage& stage) {
 
 // Features of surfaces that reflect another picture than the harmonics of the environment.
 constexpr Features kOtherPicture = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_MAP |
-                                   FEATURE_MAP_SAMPLES | FEATURE_TRACED_REFLECTION | FEATURE_GLASS |
-                                   FEATURE_TRACED_GLASS;
+                                   FEATURE_TRACED_REFLECTION | FEATURE_GLASS | FEATURE_TRACED_GLASS;
 
 void addTexture(Features& features, const TextureSlot& slot, Features bit) {
     if (!slot.present()) return;
