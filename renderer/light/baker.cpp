@@ -46,6 +46,8 @@ struct Baker::Shared {
         std::shared_ptr<const SurfaceLight> light;
         bool complete = false;
         std::string failure;
+
+        bool finished() const { return complete || !failure.empty(); }
     };
     using Entries = std::list<Entry>;
     using Abandoned = std::function<bool()>;
@@ -56,11 +58,11 @@ struct Baker::Shared {
     }
     // The entry begun or requested last that is not finished.
     Entries::iterator next() {
-        return std::find_if(entries.begin(), entries.end(), [](const Entry& entry) {
-            return !entry.complete && entry.failure.empty();
-        });
+        return std::find_if(entries.begin(), entries.end(),
+                            [](const Entry& entry) { return !entry.finished(); });
     }
     bool add(Entry entry);
+    void dropBeyond(std::size_t allowed, bool finished);
     void startThreads();
     void coordinate();
     void help();
@@ -182,6 +184,10 @@ void Baker::Shared::coordinate() {
         if (light) found->light = std::move(light);
         found->complete = complete;
         found->failure = std::move(failure);
+        if (found->finished()) {
+            entries.splice(entries.begin(), entries, found);
+            dropBeyond(options.kept, true);
+        }
         changed.notify_all();
         if (!complete) continue;
         lock.unlock();
@@ -214,11 +220,22 @@ Baker::~Baker() {
 bool Baker::Shared::add(Entry entry) {
     if (find(entry.key) != entries.end()) return false;
     entries.push_front(std::move(entry));
-    while (entries.size() > options.kept) {
-        if (current && current == entries.back().bake) cancelled = true;
-        entries.pop_back();
-    }
+    dropBeyond(options.kept, true);
+    dropBeyond(options.waiting, false);
     return true;
+}
+
+// Drops the least recently used lights of those that are finished, or that are not.
+void Baker::Shared::dropBeyond(std::size_t allowed, bool finished) {
+    std::size_t count = 0;
+    for (auto entry = entries.begin(); entry != entries.end();) {
+        if (entry->finished() != finished || ++count <= allowed) {
+            ++entry;
+            continue;
+        }
+        if (current && current == entry->bake) cancelled = true;
+        entry = entries.erase(entry);
+    }
 }
 
 void Baker::begin(std::uint64_t key, Make make) {

@@ -1,4 +1,4 @@
-// When the light of scenes is computed: not while frames are drawn.
+// Which lights are computed, and when.
 #include "light/baker.h"
 
 #include <gtest/gtest.h>
@@ -28,6 +28,25 @@ TEST(Baker, PreparesNothingWhileAFrameIsDrawn) {
     rest.reset();
     EXPECT_EQ(baker.wait(1).failure, "prepared");
     EXPECT_FALSE(competed);
+}
+
+// Clients of many scenes in turn: what one of them began is not lost because of the others.
+TEST(Baker, ComputesMoreLightsThanItKeeps) {
+    Baker baker({.threads = 1, .kept = 2, .waiting = 4});
+    std::atomic<int> prepared{0};
+    const auto fails = [&]() -> std::unique_ptr<Bake> {
+        ++prepared;
+        throw std::runtime_error("prepared");
+    };
+    std::optional<Baker::Rest> rest(baker);
+    for (const std::uint64_t key : {1, 2, 3, 4, 5}) baker.begin(key, fails);
+    EXPECT_FALSE(baker.state(1).known);
+    for (const std::uint64_t key : {2, 3, 4, 5}) EXPECT_TRUE(baker.state(key).known) << key;
+    rest.reset();
+    EXPECT_EQ(baker.wait(2).failure, "prepared");
+    EXPECT_EQ(prepared, 4);
+    EXPECT_TRUE(baker.state(3).known);
+    for (const std::uint64_t key : {4, 5}) EXPECT_FALSE(baker.state(key).known) << key;
 }
 
 }  // namespace
