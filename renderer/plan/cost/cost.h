@@ -88,6 +88,10 @@ inline constexpr double kMinWeight = 4e-4;
 // Error of a surface that a preset accepts: relative RMSE times weight.
 double toleranceOf(Preset preset);
 
+// The error that a preset accepts of a surface of this weight, as relative RMSE. `draft` accepts
+// more of a picture that resembles the truth.
+double acceptedError(Preset preset, double weight);
+
 // Relative RMSE of the pixels of a curved mirror of this roughness (0..1) with the environment map
 // only, with a captured cube, with rays. enclosed: fraction of the directions around it that
 // geometry blocks, 0..1; see enclosure.h. apart: distance of the surface from the cube's centre,

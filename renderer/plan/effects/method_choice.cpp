@@ -35,8 +35,7 @@ std::optional<std::size_t> agreedCandidate(const ViewContext& context, const Vie
 Method chooseMethod(ViewContext& context, const ViewTask& task, const MethodRequest& requested,
                     std::span<const Candidate> candidates) {
     const double weight = task.weight * requested.weight;
-    const double tolerance =
-        toleranceOf(context.stage.settings.accuracy.preset) / std::max(weight, 1e-12);
+    const double tolerance = acceptedError(context.stage.settings.accuracy.preset, weight);
     std::size_t chosen = cheapest(candidates, tolerance);
     const double share = requested.share * task.part;
     std::string reason = percentOfFrame(share);
