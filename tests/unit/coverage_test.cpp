@@ -1,6 +1,6 @@
 // The part of an image that a surface covers: overlapping rectangles, areas compared with solid
 // geometry.
-#include "plan_scenes.h"
+#include "view_planner_support.h"
 
 #include "plan/visibility/coverage.h"
 #include "plan/visibility/draws.h"
