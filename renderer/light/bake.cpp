@@ -195,13 +195,15 @@ void Bake::State::updateRadiosity() {
     for (int side = 0; side < 2; ++side) {
         for (std::uint32_t i = 0; i < places.chosen.size(); ++i) {
             if (buried(i)) continue;
-            direct += glm::dvec3(sums[side][i].direct() + lamps[side][i]);
-            bounced += glm::dvec3(sums[side][i].bounced());
+            const double area{places.areas[places.chosen[i]]};
+            direct += area * glm::dvec3(sums[side][i].direct() + lamps[side][i]);
+            bounced += area * glm::dvec3(sums[side][i].bounced());
         }
     }
     series.endRound(round, direct, bounced);
 
     glm::dvec3 total(0.0);
+    double areas = 0.0;
     for (std::uint32_t i = 0; i < places.points.size(); ++i) {
         for (int side = 0; side < 2; ++side) {
             glm::vec3 sum(0.0f);
@@ -214,11 +216,11 @@ void Bake::State::updateRadiosity() {
             }
             radiosity.sent[side][i] = weights > 0.0f ? sum / weights : glm::vec3(0.0f);
         }
-        total += glm::dvec3(radiosity.sent[0][i]);
+        const double area{places.areas[i]};
+        total += area * glm::dvec3(radiosity.sent[0][i]);
+        areas += area;
     }
-    if (!places.points.empty()) {
-        radiosity.mean = glm::vec3(total / static_cast<double>(places.points.size()));
-    }
+    if (areas > 0.0) radiosity.mean = glm::vec3(total / areas);
 }
 
 void Bake::State::updateGrid() {

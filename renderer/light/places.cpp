@@ -278,6 +278,9 @@ Places placesOf(const PlacesInput& input) {
         if (choose(input, distances, neighbours, places, grid)) {
             weigh(distances, grid, neighbours, places);
             places.distance = distance;
+            for (const float d : distances) {
+                places.areas.push_back(d / distance * (d / distance));
+            }
             return places;
         }
         for (float& d : distances) d *= 1.3f;

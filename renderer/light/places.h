@@ -41,6 +41,8 @@ struct Places {
     std::vector<std::uint32_t> firstPart;
     std::vector<Part> parts;
     float distance = 0.0f;  // between places, metres
+    // Of points, relative to that where places are not denser: the weight in means over surfaces.
+    std::vector<float> areas;
 
     std::span<const Part> partsOf(std::uint32_t point) const {
         return std::span(parts).subspan(firstPart[point], firstPart[point + 1] - firstPart[point]);

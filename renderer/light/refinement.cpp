@@ -194,6 +194,15 @@ double smallestWithin(const std::vector<Triangle>& triangles, EdgeLengths edges,
     return high;
 }
 
+// A flat lamp under a ceiling lights the part that it covers a hundred times as bright as the rest,
+// and short triangles that cross its edge would show that. box: of the mesh.
+bool isFlatLamp(const Material& material, const Bounds& box) {
+    const glm::vec3 extent = box.max - box.min;
+    const float largest = std::max({extent.x, extent.y, extent.z}),
+                smallest = std::min({extent.x, extent.y, extent.z});
+    return emittedRadiance(material) != glm::vec3(0.0f) && smallest < 0.01f * largest;
+}
+
 // The largest first.
 std::vector<EdgeLengths::Body> smallBodies(const Scene& scene, const Pose& pose, double common) {
     const std::vector<bool> moves = instancesThatMove(scene);
@@ -206,6 +215,7 @@ std::vector<EdgeLengths::Body> smallBodies(const Scene& scene, const Pose& pose,
         for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
             box.add(scene.clusters[mesh.firstCluster + c].bounds);
         }
+        if (isFlatLamp(scene.materials[instance.material], box)) continue;
         box = transformed(box, pose.worldFromNode[instance.node]);
         const double size = box.diagonal();
         if (size > 0.0 && size < kSmall * common) {

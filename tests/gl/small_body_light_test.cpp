@@ -1,6 +1,8 @@
 // Light next to a body that is small compared with the scene.
 #include "support.h"
 
+#include "light/refinement.h"
+
 #include <cmath>
 #include <numbers>
 
@@ -42,6 +44,19 @@ TEST_F(SmallBodies, DarkenAWideFloor) {
     }
     ASSERT_GT(compared, 1000);
     EXPECT_LT(std::sqrt(squares / compared), 0.01);
+}
+
+// A flat lamp covers a part of the ceiling that is as bright as the lamp itself.
+TEST(EdgesNearBodies, AreNotShorterNearFlatLamps) {
+    Scene scene;
+    place(scene, quad(50.0f, addMaterial(scene, lambert(0.5f))));
+    place(scene, sphere(0.125f, 32, addMaterial(scene, lambert(0.5f))), moved(1.0, 0.0, 0.125));
+    place(scene, quad(0.125f, addMaterial(scene, lambert(0.0f, 100.0f))), moved(-1.0, 0.0, 0.01));
+    const light::EdgeLengths edges = light::refined(scene, restPose(scene)).edges;
+    ASSERT_EQ(edges.small.size(), 1u);
+    EXPECT_EQ(edges.small[0].instance, 1u);
+    EXPECT_LT(edges.at({1.0, 0.0, 0.0}), 0.1 * edges.common);
+    EXPECT_GT(edges.at({-1.0, 0.0, 0.0}), 4.0 * edges.at({1.0, 0.0, 0.0}));
 }
 
 }  // namespace clerestory::test
