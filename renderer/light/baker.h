@@ -20,8 +20,8 @@ namespace clerestory::light {
 struct BakerOptions {
     std::uint32_t threads = 0;  // 0: one for each processor
     bool background = true;     // with low priority
-    std::size_t kept = 4;       // finished lights in memory
-    std::size_t waiting = 16;   // others; of both the least recently used are dropped first
+    // Lights in memory, finished and not; the least recently used of each are dropped first.
+    std::size_t kept = 4, waiting = 16;
     // Called on a thread of the baker for each light that it has computed.
     std::function<void(const SurfaceLight&)> whenComplete;
 };

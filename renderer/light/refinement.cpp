@@ -194,8 +194,8 @@ double smallestWithin(const std::vector<Triangle>& triangles, EdgeLengths edges,
     return high;
 }
 
-// A flat lamp under a ceiling lights the part that it covers a hundred times as bright as the rest,
-// and short triangles that cross its edge would show that. box: of the mesh.
+// The part of a ceiling that a flat lamp covers is as bright as the lamp, and short triangles
+// across the lamp's edge would show that. box: of the mesh.
 bool isFlatLamp(const Material& material, const Bounds& box) {
     const glm::vec3 extent = box.max - box.min;
     const float largest = std::max({extent.x, extent.y, extent.z}),

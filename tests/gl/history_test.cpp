@@ -5,7 +5,6 @@
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include <cstring>
 
 namespace clerestory::test {
 namespace {
@@ -102,11 +101,6 @@ Scene scene() {
     place(s, quad(0.3f, addMaterial(s, glowing(glm::vec3(3.0f, 2.0f, 1.0f)))), moved(0, 1, -1));
     addLight(s, {.kind = LightKind::point, .intensity = glm::vec3(4.0f)}, moved(1, 2, 2));
     return s;
-}
-
-bool sameBytes(const Image& a, const Image& b) {
-    return a.width == b.width && a.height == b.height && a.data.size() == b.data.size() &&
-           std::memcmp(a.data.data(), b.data.data(), a.data.size()) == 0;
 }
 
 void expectNoHistory(const FrameRequest& base) {

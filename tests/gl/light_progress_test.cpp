@@ -25,9 +25,9 @@ TEST_F(LightInProgress, AFrameBeforeTheLightIsThatOfTheEnvironment) {
     const Frame with = renderer().render(lit(r));
     EXPECT_GT(with.light.revision, 0u);
     EXPECT_EQ(with.light.share, 1.0);
-    EXPECT_TRUE(same(renderer().render(r).image, with.image));
+    EXPECT_TRUE(sameBytes(renderer().render(r).image, with.image));
     r.effects.indirectLight = false;
-    EXPECT_TRUE(same(renderer().render(r).image, without.image));
+    EXPECT_TRUE(sameBytes(renderer().render(r).image, without.image));
 }
 
 // While a frame is drawn no round ends, so the first one has revision 0: nothing hides the
@@ -118,7 +118,7 @@ TEST_F(LightInProgress, WhereNothingHidesTheyCostNothing) {
     const Frame on = renderer().render(r);
     const RendererCounters after = renderer().counters();
     EXPECT_EQ(on.plan.passes, off.plan.passes);
-    EXPECT_TRUE(same(on.image, off.image));
+    EXPECT_TRUE(sameBytes(on.image, off.image));
     EXPECT_EQ(after.drawCalls - before.drawCalls, before.drawCalls - first.drawCalls);
     EXPECT_EQ(after.programsMade, before.programsMade);
     EXPECT_EQ(after.texturesMade, before.texturesMade);
@@ -135,7 +135,7 @@ TEST_F(LightInProgress, LightIsTheSameWhenItIsComputedAgain) {
         place(scene, sphere(0.3f, 16, addMaterial(scene, lambert(0.8f))));
         return renderer().render(lit(request(std::move(scene), "again", {0.0, 0.0, 0.9}))).image;
     };
-    EXPECT_TRUE(same(draw(), draw()));
+    EXPECT_TRUE(sameBytes(draw(), draw()));
 }
 
 // Materials and the environment belong to the light; the camera and the size do not.
@@ -155,5 +155,5 @@ TEST_F(LightInProgress, WhatTheLightDependsOnBeginsAnother) {
     const glm::vec3 red = centerColor(renderer().render(lit(painted)).image);
     EXPECT_NEAR(red.x, 0.5f, 0.025f);
     EXPECT_NEAR(red.y, 0.25f, 0.01f);  // what the walls emit; they send nothing back
-    EXPECT_TRUE(same(renderer().render(r).image, before));
+    EXPECT_TRUE(sameBytes(renderer().render(r).image, before));
 }

@@ -3,8 +3,6 @@
 
 #include "support.h"
 
-#include <cstring>
-
 namespace clerestory::test {
 
 // Six squares of edge 2 about the origin that face inwards.
@@ -31,11 +29,6 @@ inline FrameRequest lit(FrameRequest r) {
     EXPECT_TRUE(light.complete) << light.failure;
     EXPECT_EQ(light.share, 1.0);
     return r;
-}
-
-inline bool same(const Image& a, const Image& b) {
-    return a.data.size() == b.data.size() &&
-           std::memcmp(a.data.data(), b.data.data(), a.data.size()) == 0;
 }
 
 }  // namespace clerestory::test

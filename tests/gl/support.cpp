@@ -72,6 +72,11 @@ Material mirrorMetal(float reflectance, float roughness) {
             .roughness = roughness};
 }
 
+bool sameBytes(const Image& a, const Image& b) {
+    return a.width == b.width && a.height == b.height && a.data.size() == b.data.size() &&
+           std::memcmp(a.data.data(), b.data.data(), a.data.size()) == 0;
+}
+
 Material lambert(float albedo, float emitted) {
     Material m;
     m.baseColor = glm::vec4(glm::vec3(albedo), 1.0f);

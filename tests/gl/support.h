@@ -57,6 +57,7 @@ FrameRequest request(Scene scene, const std::string& id, const glm::dvec3& eye =
 std::size_t differing(const Image& a, const Image& b);
 
 glm::vec3 color(const Image& image, std::uint32_t x, std::uint32_t y);
+bool sameBytes(const Image& a, const Image& b);
 float number(const Image& image, std::uint32_t x, std::uint32_t y);
 glm::vec3 centerColor(const Image& image);
 
