@@ -186,6 +186,14 @@ void Texture::upload(std::uint32_t level, std::uint32_t face, std::span<const st
                     words.type, texels.data());
 }
 
+void Texture::copyPart(const Texture& from, const Rect& part) const {
+    assert(from.description_.format == description_.format);
+    const auto x = static_cast<GLint>(part.x), y = static_cast<GLint>(part.y);
+    glCopyImageSubData(from.name(), GL_TEXTURE_2D, static_cast<GLint>(from.firstLevel_), x, y, 0,
+                       name(), GL_TEXTURE_2D, static_cast<GLint>(firstLevel_), x, y, 0,
+                       static_cast<GLsizei>(part.width), static_cast<GLsizei>(part.height), 1);
+}
+
 void Texture::read(std::uint32_t level, std::span<std::byte> texels) const {
     bind(0);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);

@@ -48,6 +48,8 @@ public:
     void upload(std::uint32_t level, std::uint32_t face, std::span<const std::byte> texels);
     // A part of level 0 of a plane.
     void uploadPart(const Rect& part, std::span<const std::byte> texels) const;
+    // The same part of level 0 of another plane of this format.
+    void copyPart(const Texture& from, const Rect& part) const;
     // The bytes of one level of an 8-bit plane, as they were uploaded.
     void read(std::uint32_t level, std::span<std::byte> texels) const;
     void bind(unsigned int unit) const;

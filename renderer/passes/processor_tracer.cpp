@@ -87,12 +87,16 @@ const rays::CubeMap& ProcessorTracer::cubeOf(const Target* environment) {
 
 const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows, const Target* tints) {
     const TargetSpec& spec = shadows.spec();
-    if (spec.residentKey == depthsKey_) return depths_;
-    depthsKey_ = spec.residentKey;
-    depths_.width = spec.width;
-    depths_.height = spec.height;
-    depths_.depths.resize(std::size_t{spec.width} * spec.height);
-    shadows.readable().readDepths(depths_.depths);
+    if (spec.residentKey != depthsKey_) {
+        depthsKey_ = spec.residentKey;
+        depths_.width = spec.width;
+        depths_.height = spec.height;
+        depths_.depths.resize(std::size_t{spec.width} * spec.height);
+        shadows.readable().readDepths(depths_.depths);
+    }
+    const std::uint64_t tintsKey = tints ? tints->spec().residentKey : 0;
+    if (tintsKey == tintsKey_) return depths_;
+    tintsKey_ = tintsKey;
     depths_.tints.clear();
     if (tints) {
         depths_.tints.resize(std::size_t{tints->spec().width} * tints->spec().height);
@@ -190,7 +194,7 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
 
 void ProcessorTracer::releaseScratch() {
     depths_ = {};
-    depthsKey_ = 0;
+    depthsKey_ = tintsKey_ = 0;
     lists_ = {};
     std::vector<rays::Way>().swap(ways_);
     std::vector<glm::vec4>().swap(radiance_);

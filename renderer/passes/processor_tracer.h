@@ -93,8 +93,8 @@ private:
     std::vector<rays::Way> ways_;
     std::vector<glm::vec4> radiance_;
 
-    // TargetSpec::residentKey of cube_ and depths_; 0: none.
-    std::uint64_t cubeKey_ = 0, depthsKey_ = 0;
+    // TargetSpec::residentKey of cube_, and of both maps in depths_; 0: none.
+    std::uint64_t cubeKey_ = 0, depthsKey_ = 0, tintsKey_ = 0;
 
     // The state of the members above.
     glm::dvec3 origin_{0.0};

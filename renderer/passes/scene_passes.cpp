@@ -237,7 +237,11 @@ void execute(PassResources& resources, const PassInput& input, const DrawShadow&
     const std::uint32_t records = beginTile(resources, input, view, tile, work.draws);
     gl::apply(
         gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true, .colorWrite = false});
-    gl::clearDepth(tile);
+    if (work.still == kNoTarget) {
+        gl::clearDepth(tile);
+    } else {
+        input.target().texture().copyPart(input.read(work.still).texture(), tile);
+    }
     const auto masked = std::find_if(work.draws.begin(), work.draws.end(), [](const Draw& draw) {
         return (draw.features & FEATURE_MASK) != 0;
     });

@@ -1,16 +1,17 @@
 #include "plan/effects/shadows.h"
 
 #include "plan/cost/cost.h"
+#include "plan/effects/shadow_pictures.h"
 #include "plan/graph/features.h"
 #include "plan/graph/plan_hash.h"
 #include "plan/visibility/draws.h"
 #include "plan/visibility/lighting.h"
-#include "plan/visibility/mirror.h"
-#include "plan/visibility/view.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -20,185 +21,17 @@ namespace {
 
 // Lights with a shadow; the brightest have one.
 constexpr std::size_t kMaxShadows = 16;
-constexpr std::uint32_t kMaxMapEdge = 4096;
-// Distance from a light within which nothing hides it, relative to the diagonal of the scene.
-constexpr double kLightNearShare = 1e-4;
-// A wider cone is six pictures.
-constexpr double kMaxConeCosine = 0.35;
-
-// Edges of pictures, texels.
-struct Edges {
-    std::uint32_t sun, cone, face;
-};
-Edges edgesOf(Preset preset) {
-    switch (preset) {
-        case Preset::draft:
-            return {1024, 512, 384};
-        case Preset::standard:
-            return {2048, 1024, 512};
-        case Preset::fine:
-            return {4096, 2048, 1024};
-    }
-    return {2048, 1024, 512};
-}
 
 // The pictures of a light that contributes less than this share have half the edges.
 constexpr double kWeakShare = 0.08;
-Edges edgesFor(const Edges& edges, double share) {
+PictureEdges edgesFor(const PictureEdges& edges, double share) {
     if (share >= kWeakShare) return edges;
-    return {edges.sun / 2, edges.cone / 2, edges.face / 2};
+    return edges.half();
 }
 
 // Of the disc of a light with a radius.
 std::uint32_t samplesOf(Preset preset) {
     return preset == Preset::draft ? 8 : preset == Preset::fine ? 48 : 24;
-}
-
-bool isSurface(const Stage& stage, const Surface& surface) {
-    const Instance& instance = stage.scene.instances[surface.instance];
-    return stage.scene.meshes[instance.mesh].primitive == Primitive::triangles;
-}
-
-// The ground is below everything that it could shade.
-bool casts(const Stage& stage, const Surface& surface) {
-    return isSurface(stage, surface) && surface.instance != stage.scene.ground &&
-           surface.glass == Glass::none && stage.material(surface).alphaMode != AlphaMode::blend;
-}
-
-// Some light passes it.
-bool tints(const Stage& stage, const Surface& surface) {
-    return isSurface(stage, surface) && surface.instance != stage.scene.ground &&
-           (surface.glass != Glass::none || stage.material(surface).alphaMode == AlphaMode::blend);
-}
-
-Bounds worldBox(const Stage& stage, const Surface& surface) {
-    const Instance& instance = stage.scene.instances[surface.instance];
-    return transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
-                       stage.pose.worldFromNode[instance.node]);
-}
-
-// One-sided and flat, with its front to the light: its back is not seen from there.
-bool facesSun(const Stage& stage, const Surface& surface, const glm::dvec3& toLight) {
-    if (surface.flatPart == kNone || stage.material(surface).doubleSided) return false;
-    const Instance& instance = stage.scene.instances[surface.instance];
-    const auto plane = transformed(stage.scene.flatParts[surface.flatPart].plane(),
-                                   stage.pose.worldFromNode[instance.node]);
-    return plane && glm::dot(plane->normal, toLight) > 0.0;
-}
-
-// From a direction: the casters fill the picture, and depth reaches over the whole scene.
-std::optional<View> sunView(const Stage& stage, const glm::dvec3& toLight) {
-    Bounds casters;
-    for (const Surface& surface : stage.surfaces) {
-        if (casts(stage, surface) && !facesSun(stage, surface, toLight)) {
-            casters.add(worldBox(stage, surface));
-        }
-    }
-    if (casters.empty()) return std::nullopt;
-    const Bounds all = worldBounds(stage.scene, stage.pose);
-    const glm::dvec3 middle(casters.center());
-    const double reach = 2.0 * double(all.diagonal()) + 1e-9;
-    const glm::dvec3 eye = middle + toLight * reach;
-    const glm::dmat4 worldFromView = worldFromLookAt(
-        eye, middle, std::abs(toLight.y) > 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0));
-    const glm::dmat3 axes(worldFromView);
-    glm::dvec2 half(1e-9);
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 p((corner & 1) ? casters.max.x : casters.min.x,
-                           (corner & 2) ? casters.max.y : casters.min.y,
-                           (corner & 4) ? casters.max.z : casters.min.z);
-        half.x = std::max(half.x, std::abs(glm::dot(axes[0], p - middle)));
-        half.y = std::max(half.y, std::abs(glm::dot(axes[1], p - middle)));
-    }
-    View view;
-    view.viewFromWorld = glm::dmat4(glm::transpose(axes));
-    view.viewFromWorld[3] = glm::dvec4(-(glm::transpose(axes) * eye), 1.0);
-    view.clipFromView = orthographic(half.x * 1.01, half.y * 1.01, 0.0, 2.0 * reach);
-    view.eye = eye;
-    view.orthographic = true;
-    view.znear = 0.0;
-    return view;
-}
-
-// A light and its pictures.
-struct Shadow {
-    std::size_t light;
-    LightShadow::Kind kind;
-    std::uint32_t edge;
-    std::vector<View> views;
-    TargetRect first;
-};
-
-std::optional<Shadow> shadowOf(const Stage& stage, std::size_t index, const Edges& edges) {
-    const PlacedLight& light = stage.lights[index];
-    const double znear =
-        std::max(1e-9, kLightNearShare * double(lastingBounds(stage.scene, stage.pose).diagonal()));
-    if (light.kind == LightKind::directional) {
-        const auto view = sunView(stage, glm::normalize(glm::dvec3(light.toLight)));
-        if (!view) return std::nullopt;
-        return Shadow{index, LightShadow::Kind::one, edges.sun, {*view}, {}};
-    }
-    if (light.kind == LightKind::spot && light.cosOuter > kMaxConeCosine) {
-        const glm::dvec3 along = -glm::normalize(glm::dvec3(light.toLight));
-        const glm::dmat4 worldFromView =
-            worldFromLookAt(light.position, light.position + along,
-                            std::abs(along.y) > 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0));
-        const glm::dmat3 axes(worldFromView);
-        View view;
-        view.viewFromWorld = glm::dmat4(glm::transpose(axes));
-        view.viewFromWorld[3] = glm::dvec4(-(glm::transpose(axes) * light.position), 1.0);
-        view.clipFromView =
-            perspective(2.0 * std::acos(double(light.cosOuter)) + 0.02, 1.0, znear, std::nullopt);
-        view.eye = light.position;
-        view.znear = znear;
-        return Shadow{index, LightShadow::Kind::one, edges.cone, {view}, {}};
-    }
-    const auto faces =
-        cubeFaceViews(light.position, znear, glm::transpose(stage.settings.mapFromWorld));
-    return Shadow{index, LightShadow::Kind::six, edges.face, {faces.begin(), faces.end()}, {}};
-}
-
-std::uint32_t widthOf(const Shadow& shadow) {
-    return (shadow.kind == LightShadow::Kind::six ? 3 : 1) * shadow.edge;
-}
-std::uint32_t heightOf(const Shadow& shadow) {
-    return (shadow.kind == LightShadow::Kind::six ? 2 : 1) * shadow.edge;
-}
-
-// Places the pictures in rows, of which none is wider than `width`. Returns the height of the map.
-std::uint32_t placeInRows(std::vector<Shadow>& shadows, std::uint32_t width) {
-    std::uint32_t x = 0, y = 0, rowHeight = 0;
-    for (Shadow& shadow : shadows) {
-        if (x + widthOf(shadow) > width) {
-            y += rowHeight;
-            x = rowHeight = 0;
-        }
-        shadow.first = {x, y, shadow.edge, shadow.edge};
-        x += widthOf(shadow);
-        rowHeight = std::max(rowHeight, heightOf(shadow));
-    }
-    return y + rowHeight;
-}
-
-struct MapSize {
-    std::uint32_t width, height;
-};
-
-// Places the pictures in the smallest map. Returns its size, or nothing if it would be too large.
-std::optional<MapSize> placeInSmallestMap(std::vector<Shadow>& shadows) {
-    constexpr std::uint32_t kStep = 128;
-    std::stable_sort(shadows.begin(), shadows.end(),
-                     [](const Shadow& a, const Shadow& b) { return heightOf(a) > heightOf(b); });
-    std::uint32_t least = 0;
-    for (const Shadow& shadow : shadows) least = std::max(least, widthOf(shadow));
-    std::optional<MapSize> best;
-    for (std::uint32_t width = least; width <= kMaxMapEdge; width += kStep) {
-        const std::uint32_t height = placeInRows(shadows, width);
-        if (height > kMaxMapEdge) continue;
-        if (!best || width * height < best->width * best->height) best = {width, height};
-    }
-    if (best) placeInRows(shadows, best->width);
-    return best;
 }
 
 // llvmpipe compiles different code for textures whose edges are powers of two, so no map has such
@@ -229,16 +62,18 @@ Features featuresOfTint(const Stage&, const SeenSurface& seen, const SeenView& a
     return features;
 }
 
-using Chooses = bool (*)(const Stage&, const Surface&);
-using FeaturesOf = Features (*)(const Stage&, const SeenSurface&, const SeenView&);
+// A part of the surfaces that a shadow map or a map of tints shows.
+struct Shown {
+    std::function<bool(const Surface&)> contains;
+    Features (*featuresOf)(const Stage&, const SeenSurface&, const SeenView&);
+};
 
-std::vector<Draw> drawsFrom(const Stage& stage, const View& view, Chooses chooses,
-                            FeaturesOf featuresOf) {
+std::vector<Draw> drawsFrom(const Stage& stage, const View& view, const Shown& shown) {
     std::vector<Draw> draws;
     const SeenView all = seenFrom(stage, view);
     for (const SeenSurface& seen : all.surfaces) {
-        if (!chooses(stage, *seen.surface)) continue;
-        const Features features = featuresOf(stage, seen, all);
+        if (!shown.contains(*seen.surface)) continue;
+        const Features features = shown.featuresOf(stage, seen, all);
         for (const SeenCluster& cluster : seen.clusters) {
             draws.push_back({.instance = seen.surface->instance,
                              .material = seen.surface->material,
@@ -253,14 +88,26 @@ std::vector<Draw> drawsFrom(const Stage& stage, const View& view, Chooses choose
     return draws;
 }
 
-std::uint64_t keyOf(std::string_view name, const Stage& stage, const std::vector<Shadow>& shadows) {
+// Of everything that the map shows, and of nothing else: what moves elsewhere does not change it.
+std::uint64_t keyOf(std::string_view name, const Stage& stage, const std::vector<Shadow>& shadows,
+                    const Shown& shown) {
     PlanHash hash;
     hash.add(name);
     hash.add(stage.scene.contentHash);
     hash.add(stage.scene.indices.size());  // refined meshes (light/refinement.h) round differently
-    hash.add(stage.materialsHash);
-    for (const glm::dmat4& m : stage.pose.worldFromNode) hash.add(m);
-    for (const auto& deformed : stage.pose.deformed) hash.add(deformed->hash);
+    for (const Surface& surface : stage.surfaces) {
+        if (!shown.contains(surface)) continue;
+        const Instance& instance = stage.scene.instances[surface.instance];
+        hash.add(surface.instance);
+        hash.add(surface.firstCluster);
+        hash.add(surface.clusterCount);
+        addMaterial(hash, surface.material, stage);
+        hash.add(stage.pose.worldFromNode[instance.node]);
+        if (const DeformedMesh* mesh =
+                deformedMesh(stage.pose, stage.scene.meshes[instance.mesh])) {
+            hash.add(mesh->hash);
+        }
+    }
     for (const Shadow& shadow : shadows) {
         hash.add(shadow.kind);
         hash.add(shadow.first.x);
@@ -296,6 +143,87 @@ void addPictures(PlanBuilder& builder, const std::vector<Shadow>& shadows,
                              .work = workOf(shadow.views[i], tile)});
         }
     }
+}
+
+TargetSpec mapSpec(std::string name, const MapSize& size, std::uint64_t key) {
+    return {.name = std::move(name),
+            .format = Format::depth32f,
+            .width = edgeOfMap(size.width),
+            .height = edgeOfMap(size.height),
+            .residentKey = key};
+}
+
+// still: a map of the same size with which each picture begins.
+void addDepthPasses(const Stage& stage, PlanBuilder& builder, const std::vector<Shadow>& shadows,
+                    TargetId target, const std::string& name, const Shown& shown,
+                    TargetId still = kNoTarget) {
+    const PictureTarget map{.id = target,
+                            .passes = name + ":light",
+                            .reason = still == kNoTarget
+                                          ? "depth as seen from the light"
+                                          : "depth of what changes, over that of the rest"};
+    addPictures(builder, shadows, map, [&](const View& view, const TargetRect& tile) {
+        return DrawShadow{view, tile, drawsFrom(stage, view, shown), still};
+    });
+}
+
+// Adds a map of its own for what is shown. Its passes are left out if it is resident.
+TargetId addDepths(const FrameContext& context, const Stage& stage, PlanBuilder& builder,
+                   const std::vector<Shadow>& shadows, const MapSize& size, const std::string& name,
+                   const Shown& shown) {
+    const std::uint64_t key = keyOf(name, stage, shadows, shown);
+    const TargetId target = builder.addTarget(mapSpec(name, size, key));
+    if (context.resident.keys.contains(key)) {
+        builder.skip(Subject{Subject::Kind::lights}, Effect::shadows, "resident and unchanged");
+    } else {
+        addDepthPasses(stage, builder, shadows, target, name, shown);
+    }
+    return target;
+}
+
+// If some casters change and others do not, the latter have a map of their own, which lasts.
+TargetId addShadowMap(const FrameContext& context, const Stage& stage, PlanBuilder& builder,
+                      const std::vector<Shadow>& shadows, const MapSize& size,
+                      const Casters& casters) {
+    const Shown all{[&](const Surface& s) { return casts(stage, s); }, featuresOfCaster};
+    const bool last = casters.mixed() && std::all_of(shadows.begin(), shadows.end(),
+                                                     [](const Shadow& s) { return s.lasts; });
+    const std::uint64_t key = keyOf("shadows", stage, shadows, all);
+    if (!last || context.resident.keys.contains(key)) {
+        return addDepths(context, stage, builder, shadows, size, "shadows", all);
+    }
+    const Shown still{[&](const Surface& s) { return casts(stage, s) && !casters.change(s); },
+                      featuresOfCaster};
+    const Shown changing{[&](const Surface& s) { return casts(stage, s) && casters.change(s); },
+                         featuresOfCaster};
+    const TargetId base = addDepths(context, stage, builder, shadows, size, "stillShadows", still);
+    const TargetId map = builder.addTarget(mapSpec("shadows", size, key));
+    addDepthPasses(stage, builder, shadows, map, "shadows", changing, base);
+    return map;
+}
+
+// Of glass and blended surfaces; kNoTarget if there are none.
+TargetId addTints(const FrameContext& context, const Stage& stage, PlanBuilder& builder,
+                  const std::vector<Shadow>& shadows, const MapSize& size) {
+    const bool any = std::any_of(stage.surfaces.begin(), stage.surfaces.end(),
+                                 [&](const Surface& s) { return tints(stage, s); });
+    if (!any) return kNoTarget;
+    const Shown shown{[&](const Surface& s) { return tints(stage, s); }, featuresOfTint};
+    const TargetSpec spec{.name = "shadowTints",
+                          .format = Format::rgba16f,
+                          .width = edgeOfMap(size.width) / 2,
+                          .height = edgeOfMap(size.height) / 2,
+                          .residentKey = keyOf("shadow tints", stage, shadows, shown)};
+    const TargetId target = builder.addTarget(spec);
+    if (context.resident.keys.contains(spec.residentKey)) return target;
+    const PictureTarget map{.id = target,
+                            .scale = 2,
+                            .passes = "shadowTints:light",
+                            .reason = "transmittance of glass and blended surfaces"};
+    addPictures(builder, shadows, map, [&](const View& view, const TargetRect& tile) {
+        return DrawShadowTint{view, tile, drawsFrom(stage, view, shown)};
+    });
+    return target;
 }
 
 // ---- which lights have a shadow ----------------------------------------------------------------
@@ -358,10 +286,15 @@ struct ShadowedLight {
 // The lights for which the cost model favours a shadow, in the order of `order`. Chosen for the
 // scene, not for the view: pictures from lights stay resident while the camera moves.
 std::vector<ShadowedLight> worthAShadow(const FrameContext& context, const Stage& stage,
-                                        PlanBuilder& builder, const std::vector<std::size_t>& order,
-                                        double pixels) {
+                                        PlanBuilder& builder, const Casters& casters,
+                                        const std::vector<std::size_t>& order, double pixels) {
     const std::vector<double> shares = sharesOf(stage);
     const double tolerance = toleranceOf(stage.settings.accuracy.preset);
+    // Casters that do not change are drawn once for many frames.
+    const double lasting = framesPerCapture(false);
+    const double triangles = double(triangleCount(stage.scene)), share = casters.changingShare();
+    const double drawn =
+        casters.mixed() ? triangles * (share + (1.0 - share) / lasting) : triangles;
     std::vector<ShadowedLight> chosen;
     for (const std::size_t light : order) {
         const double share = shares[light];
@@ -374,10 +307,10 @@ std::vector<ShadowedLight> worthAShadow(const FrameContext& context, const Stage
         const Candidate candidates[] = {
             {Method::unshadowed, 0.0, unshadowedError(share)},
             {Method::shadowMap,
-             milliseconds({.triangles = double(triangleCount(stage.scene)),
+             milliseconds({.triangles = drawn,
                            .views = views,
                            .lookups = pixels,
-                           .frames = framesPerCapture(!stage.scene.clips.empty()),
+                           .frames = casters.anyChange() ? 1.0 : lasting,
                            .software = context.limits.software}),
              shadowMapError(share)}};
         const Candidate& taken = candidates[cheapest(candidates, tolerance)];
@@ -412,9 +345,8 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
     };
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return power(a) > power(b); });
-    const bool anything = std::any_of(stage.surfaces.begin(), stage.surfaces.end(),
-                                      [&](const Surface& s) { return casts(stage, s); });
-    if (order.empty() || !anything) {
+    const Casters casters(stage);
+    if (order.empty() || !casters.any()) {
         return builder.skip(
             subject, Effect::shadows,
             order.empty() ? "the scene has no punctual light" : "the scene has no opaque surface");
@@ -422,7 +354,8 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
     if (context.convex) {
         return builder.skip(subject, Effect::shadows, "no surface faces another");
     }
-    std::vector<ShadowedLight> shadowed = worthAShadow(context, stage, builder, order, pixels);
+    std::vector<ShadowedLight> shadowed =
+        worthAShadow(context, stage, builder, casters, order, pixels);
     if (shadowed.empty()) return;
     if (shadowed.size() > kMaxShadows) {
         builder.skip(subject, Effect::shadows,
@@ -432,58 +365,27 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
                          " have one");
         shadowed.resize(kMaxShadows);
     }
-    Edges edges = edgesOf(stage.settings.accuracy.preset);
+    PictureEdges edges = edgesOf(stage.settings.accuracy.preset);
     std::vector<Shadow> shadows;
     std::optional<MapSize> size;
     while (!size) {
         shadows.clear();
         for (const auto& [light, share] : shadowed) {
-            if (auto shadow = shadowOf(stage, light, edgesFor(edges, share))) {
+            if (auto shadow = shadowOf(stage, casters, light, edgesFor(edges, share))) {
                 shadows.push_back(*std::move(shadow));
             }
         }
         if (shadows.empty()) return;
         size = placeInSmallestMap(shadows);
-        if (!size) edges = {edges.sun / 2, edges.cone / 2, edges.face / 2};
+        if (!size) edges = edges.half();
     }
-    TargetSpec spec{.name = "shadows",
-                    .format = Format::depth32f,
-                    .width = edgeOfMap(size->width),
-                    .height = edgeOfMap(size->height),
-                    .residentKey = keyOf("shadow map", stage, shadows)};
-    const TargetId target = builder.addTarget(spec);
-    plan.shadowMap = target;
     for (const Shadow& shadow : shadows) {
         PlacedLight& light = plan.lights[shadow.light];
         light.shadow = LightShadow{shadow.kind, shadow.first, shadow.views.front()};
         if (light.radius > 0.0f) plan.shadowSamples = samplesOf(stage.settings.accuracy.preset);
     }
-    if (context.resident.keys.contains(spec.residentKey)) {
-        builder.skip(subject, Effect::shadows, "resident and unchanged");
-    } else {
-        const PictureTarget map{
-            .id = target, .passes = "shadows:light", .reason = "depth as seen from the light"};
-        addPictures(builder, shadows, map, [&](const View& view, const TargetRect& tile) {
-            return DrawShadow{view, tile, drawsFrom(stage, view, casts, featuresOfCaster)};
-        });
-    }
-    const bool anyTints = std::any_of(stage.surfaces.begin(), stage.surfaces.end(),
-                                      [&](const Surface& s) { return tints(stage, s); });
-    if (!anyTints) return;
-    spec = {.name = "shadowTints",
-            .format = Format::rgba16f,
-            .width = spec.width / 2,
-            .height = spec.height / 2,
-            .residentKey = keyOf("shadow tints", stage, shadows)};
-    plan.shadowTints = builder.addTarget(spec);
-    if (context.resident.keys.contains(spec.residentKey)) return;
-    const PictureTarget map{.id = plan.shadowTints,
-                            .scale = 2,
-                            .passes = "shadowTints:light",
-                            .reason = "transmittance of glass and blended surfaces"};
-    addPictures(builder, shadows, map, [&](const View& view, const TargetRect& tile) {
-        return DrawShadowTint{view, tile, drawsFrom(stage, view, tints, featuresOfTint)};
-    });
+    plan.shadowMap = addShadowMap(context, stage, builder, shadows, *size, casters);
+    plan.shadowTints = addTints(context, stage, builder, shadows, *size);
 }
 
 }  // namespace clerestory

@@ -1,5 +1,6 @@
 // Effect: shadows of punctual lights. The scene is drawn from each light into tiles of one shadow
-// map, which stays resident until something that it shows changes.
+// map, which stays resident until something that it shows changes. Casters that clips do not change
+// are drawn once, into a map with which the others begin.
 #pragma once
 
 #include "plan/graph/frame_context.h"

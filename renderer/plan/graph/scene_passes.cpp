@@ -1,6 +1,7 @@
 #include "plan/graph/scene_passes.h"
 
 #include "plan/graph/features.h"
+#include "plan/graph/plan_hash.h"
 #include "plan/graph/stage.h"
 
 #include <algorithm>
@@ -34,13 +35,6 @@ void addLight(PlanHash& hash, const PlacedLight& light) {
     hash.add(cosInner);
     hash.add(cosOuter);
     hash.add(radius);
-}
-
-// The frame's own materials by content: their indices depend on other changes of the frame.
-void addMaterial(PlanHash& hash, Index material, const Stage& stage) {
-    const std::size_t ofScene = stage.scene.materials.size();
-    hash.add(std::min<std::size_t>(material, ofScene));
-    if (material >= ofScene) hash.add(stage.ownHashes[material - ofScene]);
 }
 
 void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
@@ -282,6 +276,10 @@ void addTile(PlanHash& hash, const TargetRect& tile) {
 
 }  // namespace
 
+std::vector<TargetId> DrawShadow::reads() const {
+    if (still == kNoTarget) return {};
+    return {still};
+}
 std::string_view DrawShadow::knobs() const {
     return "/effects/shadows, /accuracy";
 }
@@ -291,6 +289,7 @@ std::uint64_t DrawShadow::shadedSamples(const TargetSpec&, const SampleFactors&)
 void addTo(PlanHash& hash, const DrawShadow& work, const Stage& stage) {
     addTile(hash, work.tile);
     addDrawnView(hash, work.view, {work.draws}, stage);
+    hash.add(work.still != kNoTarget);  // hashOfPasses() adds the key of what is read
 }
 
 std::string_view DrawShadowTint::knobs() const {

@@ -132,9 +132,10 @@ struct DrawShadow {
     View view;
     TargetRect tile;
     std::vector<Draw> draws;
+    TargetId still = kNoTarget;  // a map whose tile it begins with
 
     std::string_view kind() const { return "shadow"; }
-    std::vector<TargetId> reads() const { return {}; }
+    std::vector<TargetId> reads() const;
     std::vector<std::span<const Draw>> drawLists() const { return {draws}; }
     std::string_view knobs() const;
     std::uint64_t shadedSamples(const TargetSpec& target, const SampleFactors& factors) const;
