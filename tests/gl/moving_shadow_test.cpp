@@ -109,7 +109,7 @@ TEST_F(MovingShadows, WhatCastsNoneLeavesTheMapAlone) {
     EXPECT_EQ(shadowPassesOf(r, 1.0), (ShadowPasses{0, 0, 6}));
 }
 
-TEST_F(MovingShadows, AMovingLampSeesEverythingAnew) {
+TEST_F(MovingShadows, AMovingLampSeesEverythingAgain) {
     const FrameRequest r = shadowed(sceneWith(Moves::lamp, LightKind::point), "moving lamp");
     EXPECT_EQ(shadowPassesOf(r, 0.0), (ShadowPasses{0, 6, 0}));
     drawnAt(r, 0.0);

@@ -3,7 +3,6 @@
 #include "plan/cost/cost.h"
 #include "plan/effects/shadow_pictures.h"
 #include "plan/graph/features.h"
-#include "plan/graph/plan_hash.h"
 #include "plan/visibility/draws.h"
 #include "plan/visibility/lighting.h"
 
@@ -101,7 +100,7 @@ std::uint64_t keyOf(std::string_view name, const Stage& stage, const std::vector
         hash.add(surface.instance);
         hash.add(surface.firstCluster);
         hash.add(surface.clusterCount);
-        addMaterial(hash, surface.material, stage);
+        stage.addMaterial(hash, surface.material);
         hash.add(stage.pose.worldFromNode[instance.node]);
         if (const DeformedMesh* mesh =
                 deformedMesh(stage.pose, stage.scene.meshes[instance.mesh])) {

@@ -34,12 +34,6 @@ std::uint64_t hashOf(const MaterialBindings& materials, std::span<const std::uin
     return hash.value();
 }
 
-void addMaterial(PlanHash& hash, Index material, const Stage& stage) {
-    const std::size_t ofScene = stage.scene.materials.size();
-    hash.add(std::min<std::size_t>(material, ofScene));
-    if (material >= ofScene) hash.add(stage.ownHashes[material - ofScene]);
-}
-
 std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> passes,
                            const Stage& stage, const EnvironmentMap& environment) {
     PlanHash hash;

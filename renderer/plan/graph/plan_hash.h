@@ -16,9 +16,6 @@ std::vector<std::uint64_t> ownHashesOf(const MaterialBindings& materials);
 // 0 if the frame changes no material and hides nothing. `own`: ownHashesOf() them.
 std::uint64_t hashOf(const MaterialBindings& materials, std::span<const std::uint64_t> own);
 
-// The frame's own materials by content: their indices depend on other changes of the frame.
-void addMaterial(PlanHash& hash, Index material, const Stage& stage);
-
 // Hashes everything that determines the pixels of the given passes of `plan` (indices into
 // plan.passes): geometry, transforms, materials, lights, targets. Equal hashes mean equal pictures.
 std::uint64_t hashOfPasses(const FramePlan& plan, std::span<const std::size_t> passes,

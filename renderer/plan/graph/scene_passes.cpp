@@ -1,7 +1,6 @@
 #include "plan/graph/scene_passes.h"
 
 #include "plan/graph/features.h"
-#include "plan/graph/plan_hash.h"
 #include "plan/graph/stage.h"
 
 #include <algorithm>
@@ -43,7 +42,7 @@ void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
         const auto& [instance, material, firstIndex, indexCount, features, reflection, label,
                      lights, primitive, pointSize] = draw;
         hash.add(instance);
-        addMaterial(hash, material, stage);
+        stage.addMaterial(hash, material);
         hash.add(firstIndex);
         hash.add(indexCount);
         hash.add(features);

@@ -6,6 +6,7 @@
 #include "plan/request/view_settings.h"
 #include "scene/classification.h"
 #include "scene/environment.h"
+#include "scene/hash.h"
 
 #include <span>
 #include <vector>
@@ -27,6 +28,8 @@ struct Stage {
     const Material& material(const Surface& s) const {
         return materials.material(scene, s.material);
     }
+    // The frame's own materials by content: their indices depend on other changes of the frame.
+    void addMaterial(PlanHash& hash, Index index) const;
 };
 
 }  // namespace clerestory
