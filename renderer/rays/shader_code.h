@@ -96,6 +96,7 @@ float lobeOfPath(float lobe) {
 #define shadowMap (scene->shadowMap)
 #define shadowDepths (scene->shadowDepths)
 #define shadowTints (scene->shadowTints)
+#define IN(type) const type&
 #define xy asXy()
 #define rg asXy()
 #define yz asYz()
@@ -122,6 +123,7 @@ float lobeOfPath(float lobe) {
 vec3 eyeAxesOf(vec3 world) {
     return direction(eyeAxes(world));
 }
+#undef IN
 #undef view
 #undef tracing
 #undef surfaceLight

@@ -62,13 +62,13 @@ float leastCosineOver(float faceCosineSquared) {
 }
 
 // The reflectance at normal incidence of a base whose film reflects as much as it does at this angle.
-vec3 underFilm(Layers l, float nDotV, vec3 f0, float f90) {
+vec3 underFilm(IN(Layers) l, float nDotV, vec3 f0, float f90) {
     vec3 reflectance = filmReflectance(nDotV, l.filmIor, l.filmThickness, f0);
     return mix(f0, f0Through(reflectance, f90, nDotV), l.film);
 }
 
 // leastCosine: see leastCosineOver().
-Surface surfaceOf(MaterialPoint m, vec3 toEye, float leastCosine) {
+Surface surfaceOf(IN(MaterialPoint) m, vec3 toEye, float leastCosine) {
     Surface s;
     s.normal = m.normal;
     s.toEye = toEye;
@@ -147,12 +147,13 @@ float densestMean(vec3 normal, float alphaSquared, vec3 x, vec3 y) {
     return inversesqrt(alphaSquared * c.trace + c.area * c.area) / kPi;
 }
 
-float clearcoatAlpha(Layers l) {
+float clearcoatAlpha(IN(Layers) l) {
     float roughness = max(l.clearcoatRoughness, kMinRoughness);
     return roughness * roughness;
 }
 // turn, ofCoat: parallelograms of slopes, of the surface and of a clear coat.
-Surface covering(Surface s, Turn turn, Turn ofCoat) {
+Surface covering(IN(Surface) narrow, IN(Turn) turn, IN(Turn) ofCoat) {
+    Surface s = narrow;
     s.averages = true;
     s.covered = coveredAbout(s.normal, s.alphaSquared, turn.steadyX, turn.steadyY);
     s.densest = densestMean(s.normal, s.alphaSquared, turn.wholeX, turn.wholeY);
@@ -168,7 +169,7 @@ Surface covering(Surface s, Turn turn, Turn ofCoat) {
 // ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, times the cosine to the lamp.
 // Terms that all lamps share are computed before: compilers for processors do not hoist them.
 // halfway need not be unit.
-float ggxLobe(Surface s, vec3 halfway, float nDotL) {
+float ggxLobe(IN(Surface) s, vec3 halfway, float nDotL) {
     float a2 = s.alphaSquared;
     float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
     float nDotH = dot(s.normal, halfway);
@@ -182,7 +183,7 @@ float ggxLobe(Surface s, vec3 halfway, float nDotL) {
 // The mean of that over the covered half vectors. If they spread far wider than the lobe, only points
 // whose normal is close to the half vector contribute, so masking and cosine are taken at those.
 // densest: a bound of it.
-float ggxMeanLobe(Covered c, float densest, vec3 normal, float a2, float nDotV, vec3 halfway,
+float ggxMeanLobe(IN(Covered) c, float densest, vec3 normal, float a2, float nDotV, vec3 halfway,
                   float nDotL, float eyeDotH) {
     float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
     float nDotH = dot(normal, halfway);
@@ -200,7 +201,7 @@ float ggxMeanLobe(Covered c, float densest, vec3 normal, float a2, float nDotV, 
     return nDotL > 0.0f ? density * visible * cosine : 0.0f;
 }
 
-float grainLobe(Surface s, vec3 toLight, vec3 halfway, float nDotL) {
+float grainLobe(IN(Surface) s, vec3 toLight, vec3 halfway, float nDotL) {
     vec3 across = cross(s.normal, s.layers.grain);
     vec3 h = direction(halfway);
     return ggxAnisotropicLobe(
@@ -210,7 +211,7 @@ float grainLobe(Surface s, vec3 toLight, vec3 halfway, float nDotL) {
         anisotropicAlphas(sqrt(s.alphaSquared), s.layers.anisotropy));
 }
 
-float clearcoatLobe(Surface s, vec3 toLight, vec3 halfway, float eyeDotH) {
+float clearcoatLobe(IN(Surface) s, vec3 toLight, vec3 halfway, float eyeDotH) {
     vec3 n = s.layers.clearcoatNormal;
     float nDotL = dot(n, toLight);
     float alpha = clearcoatAlpha(s.layers);
@@ -231,7 +232,7 @@ float clearcoatLobe(Surface s, vec3 toLight, vec3 halfway, float eyeDotH) {
 }
 
 // Factor from light arriving along toLight (unit) to radiance towards the eye; nDotL: normal . toLight.
-vec3 evalBaseLight(Surface s, vec3 toLight, float nDotL) {
+vec3 evalBaseLight(IN(Surface) s, vec3 toLight, float nDotL) {
     vec3 halfway = toLight + s.toEye;
     float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
     vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
@@ -246,7 +247,7 @@ vec3 evalBaseLight(Surface s, vec3 toLight, float nDotL) {
            max(nDotL, 0.0f) * below * (1.0f / kPi) * s.diffuse;
 }
 
-vec3 evalDirectLight(Surface s, vec3 toLight, float nDotL) {
+vec3 evalDirectLight(IN(Surface) s, vec3 toLight, float nDotL) {
     vec3 sum = evalBaseLight(s, toLight, nDotL);
     if (shades(LAYER_DIFFUSE_TRANSMISSION)) {
         sum += max(-nDotL, 0.0f) * s.diffuseShare * (1.0f / kPi) * s.layers.through;
@@ -273,12 +274,12 @@ bool isLit(float nDotL) {
 }
 
 // The normal on the side that the light reaches.
-vec3 sideOf(Surface s, float nDotL) {
+vec3 sideOf(IN(Surface) s, float nDotL) {
     return shades(LAYER_DIFFUSE_TRANSMISSION) && nDotL < 0.0f ? -s.normal : s.normal;
 }
 
 // Of a directional lamp whose rows in the table begin at `first`.
-vec3 sunLight(Surface s, vec3 position, int first) {
+vec3 sunLight(IN(Surface) s, vec3 position, int first) {
     vec3 toLight = texelFetch(lightTable, first).xyz;
     float nDotL = dot(s.normal, toLight);
     vec3 power = texelFetch(lightTable, first + 1).rgb;
@@ -300,7 +301,7 @@ struct ArrivingLight {
 };
 
 // From any lamp; one that is not `limited` has neither range nor cone.
-ArrivingLight arrivingLight(Surface s, vec3 position, int first, bool limited) {
+ArrivingLight arrivingLight(IN(Surface) s, vec3 position, int first, bool limited) {
     vec4 place = texelFetch(lightTable, first);      // w: 0 for a direction
     vec4 power = texelFetch(lightTable, first + 1);  // w: 1 / range^2, 0 without a range
 
@@ -320,7 +321,7 @@ ArrivingLight arrivingLight(Surface s, vec3 position, int first, bool limited) {
                          falloff);
 }
 
-vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
+vec3 lampLight(IN(Surface) s, vec3 position, int first, bool limited) {
     ArrivingLight lamp = arrivingLight(s, position, first, limited);
     vec3 sum = vec3(0.0f);
     if (isLit(lamp.nDotL) && lamp.falloff > 0.0f) {
@@ -336,7 +337,7 @@ vec3 lampLight(Surface s, vec3 position, int first, bool limited) {
 
 // Light of the lamps in the table from number `first` on, at least one. position: of the surface, in
 // eye space.
-vec3 lampsLight(Surface s, vec3 position, int first, int count) {
+vec3 lampsLight(IN(Surface) s, vec3 position, int first, int count) {
     int row = HARMONIC_ROWS + first * LIGHT_ROWS;
     int end = row + count * LIGHT_ROWS;
     vec3 sum = vec3(0.0f);
@@ -355,7 +356,7 @@ vec3 environmentAlong(vec3 towards, float roughness) {
 
 // The first lamps of the table, without range and cone. count: a constant, so that the loop is
 // unrolled; on a software rasteriser a look-up at a constant index takes a third of the time.
-vec3 firstLampsLight(Surface s, vec3 position, int count) {
+vec3 firstLampsLight(IN(Surface) s, vec3 position, int count) {
     vec3 sum = vec3(0.0f);
     for (int i = 0; i < count; ++i) {
         sum += lampLight(s, position, HARMONIC_ROWS + i * LIGHT_ROWS, false);
@@ -375,20 +376,20 @@ vec3 harmonicsAlong(vec3 towards, vec2 bands) {
                       bands.x * c.yzw, bands.y * d.xyz, bands.y * vec3(d.w, e.xy),
                       bands.y * vec3(e.zw, f.x), bands.y * f.yzw, bands.y * g.xyz);
 }
-vec3 diffuseAround(Surface s) {
+vec3 diffuseAround(IN(Surface) s) {
     if (viewHas(VIEW_SURFACE_LIGHT)) return diffuseFrom(s.light, s.normal);
     return harmonicsAlong(s.normal, vec2(1.0f));
 }
 
 // Light in a lobe about `towards`: the visible fraction of the environment, and the light of occluders
 // in place of the rest.
-vec3 reachingSurface(Surface s, vec3 towards, vec3 environment) {
+vec3 reachingSurface(IN(Surface) s, vec3 towards, vec3 environment) {
     if (viewHas(VIEW_SURFACE_LIGHT)) return gatheredFrom(s.light, towards, environment);
     return environment;
 }
 
 // The diffuse part of that, with diffuse transmission.
-vec3 diffuseLight(Surface s) {
+vec3 diffuseLight(IN(Surface) s) {
     vec3 light = s.diffuse * diffuseAround(s);
     if (shades(LAYER_DIFFUSE_TRANSMISSION)) {
         vec3 behind = viewHas(VIEW_SURFACE_LIGHT) ? diffuseFrom(s.light, -s.normal)
@@ -399,7 +400,7 @@ vec3 diffuseLight(Surface s) {
 }
 
 // Light of the environment that sheen reflects.
-vec3 sheenLight(Surface s) {
+vec3 sheenLight(IN(Surface) s) {
     vec2 axis = sheenAxis(s.nDotV, s.layers.sheenRoughness);
     vec3 side = direction(s.toEye - s.normal * dot(s.toEye, s.normal));
     vec3 towards = direction(side * axis.x + s.normal * axis.y);
@@ -409,13 +410,13 @@ vec3 sheenLight(Surface s) {
 
 // Light of the base from its surroundings, dimmed by the layers above it, and that of sheen, without
 // the reflection of a coat.
-vec3 underCoat(Surface s, vec3 base) {
+vec3 underCoat(IN(Surface) s, vec3 base) {
     if (shades(LAYER_SHEEN)) base = base * s.belowSheen + sheenLight(s);
     if (shades(LAYER_CLEARCOAT)) base *= s.belowClearcoat;
     return base;
 }
 
-RoundLobe lobeOfCoat(Surface s) {
+RoundLobe lobeOfCoat(IN(Surface) s) {
     vec3 n = s.layers.clearcoatNormal;
     float roughness = s.layers.clearcoatRoughness;
     return roundLobe(n, s.toEye, max(dot(n, s.toEye), kMinCosine), roughness * roughness);
@@ -424,7 +425,7 @@ RoundLobe lobeOfCoat(Surface s) {
 // Radiance of the surface due to the light of its surroundings. mirrored: the radiance in its specular
 // lobe, from the environment or from a picture of the scene (reflection.glsl). A coat shows the
 // environment.
-vec3 environmentLight(Surface s, vec3 mirrored) {
+vec3 environmentLight(IN(Surface) s, vec3 mirrored) {
     vec3 light = underCoat(s, s.reflectance * mirrored + diffuseLight(s));
     if (shades(LAYER_CLEARCOAT)) {
         RoundLobe lobe = lobeOfCoat(s);

@@ -29,7 +29,7 @@ vec3 backgroundAtEnd(vec3 along, RayCone cone, bool direct) {
 }
 
 // Of a path that ends at a mirror or glass, or that is not followed: the light that reaches the surface.
-vec3 surroundingsAtEnd(HitPoint p, vec3 along, RayCone cone, bool direct) {
+vec3 surroundingsAtEnd(IN(HitPoint) p, vec3 along, RayCone cone, bool direct) {
     vec3 open = backgroundAtEnd(along, cone, direct);
     if (viewHas(VIEW_SURFACE_LIGHT)) return gatheredFrom(p.light, along, open);
     return open;
@@ -40,7 +40,7 @@ vec3 surroundingsAtEnd(HitPoint p, vec3 along, RayCone cone, bool direct) {
 // n.v along the direction of view, but no more than the rest of a ball where the surface curves away.
 // Wider cones cover more than this surface.
 const float kMaxTurned = 0.84f;
-Surface coveredByCone(Surface s, HitPoint p, RayCone cone) {
+Surface coveredByCone(IN(Surface) s, IN(HitPoint) p, RayCone cone) {
     float across = p.curvature * cone.width;
     float slant = across / max(max(s.nDotV, sqrt(0.5f * across)), 1e-6f);
     float spread = 0.5f * (cone.pixel + cone.lobe);
@@ -52,7 +52,7 @@ Surface coveredByCone(Surface s, HitPoint p, RayCone cone) {
     return covering(s, widened(p.turn, x, y), widened(p.clearcoatTurn, x, y));
 }
 
-vec3 lampsAtHit(HitPoint p, Surface s) {
+vec3 lampsAtHit(IN(HitPoint) p, IN(Surface) s) {
     if (!hitHas(FEATURE_LIGHTS)) return vec3(0.0f);
     vec3 lamps = lampsLight(s, eyeAxes(p.place - tracing.eye.xyz), p.firstLight, p.lights);
     return p.lights > 0 ? lamps : vec3(0.0f);
@@ -123,24 +123,23 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
                      m.roughness <= kTracedRoughness &&
                      maxComponent(weight * reflectance) > kMinMirrored;
             if (clarity < 1.0f) {
-                Surface unclear = s;
-                if (hitHas(FEATURE_GLASS)) {
-                    m.metallic = solid || pane ? metallicBesideGlass(p.glass.x, m.metallic) : m.metallic;
-                    unclear = surfaceOf(m, -along, least);
-                    unclear.light = p.light;
-                }
                 vec3 around = vec3(0.0f);
-                RoundLobe lobe = roundLobe(s.normal, s.toEye, s.nDotV, s.roughness * s.roughness);
                 if (!mirror) {
+                    RoundLobe lobe = roundLobe(s.normal, s.toEye, s.nDotV, s.roughness * s.roughness);
                     around = reachingSurface(s, lobe.along, environmentAlong(lobe.along, sqrt(lobe.alpha)));
                 }
-                own = (1.0f - clarity) * environmentLight(unclear, around) *
-                      (solid || pane ? 1.0f : m.occlusion);
+                if (solid || pane) {
+                    m.metallic = metallicBesideGlass(p.glass.x, m.metallic);
+                    Surface unclear = surfaceOf(m, -along, least);
+                    unclear.light = p.light;
+                    own = (1.0f - clarity) * environmentLight(unclear, around);
+                } else {
+                    own = environmentLight(s, around) * m.occlusion;
+                }
             }
             if (hitHas(FEATURE_LIGHTS)) {
-                Surface opaque = s;
-                opaque.diffuse *= dull;
-                own += lampsAtHit(p, coveredByCone(opaque, p, cone));
+                s.diffuse *= dull;
+                own += lampsAtHit(p, coveredByCone(s, p, cone));
             }
         }
         if (there) sum += weight * (coverage * own + m.emitted);
