@@ -4,7 +4,9 @@
 // all:  "floor" shows a mirrored view of the size of the frame; "chrome" a cube of 6 x 256 x 256 texels that is
 //       captured for every frame; "glass" refracts a cube that is captured once; "pane" is blended and reflects a
 //       prefiltered cube that is captured once. None of these materials uses three's transmission pass.
-// Like the presets draft and standard, both have one sample per pixel and no anisotropic filtering.
+// full: as all, with a shadow map of 512 x 512 texels for each face around each light, drawn once and read without a filter.
+//       There is no light between surfaces.
+// Like the presets draft and standard, all have one sample per pixel and no anisotropic filtering.
 import { readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { pathToFileURL, fileURLToPath } from 'node:url';
@@ -15,7 +17,8 @@ const THREE = await import('three');
 const { GLTFLoader } = await import('three/addons/loaders/GLTFLoader.js');
 const { Reflector } = await import('three/addons/objects/Reflector.js');
 
-const kCubeSize = 256, kGlassIor = 1.5;
+const kCubeSize = 256, kShadowSize = 512, kGlassIor = 1.5;
+const kGlass = ['glass', 'pane'];
 sharp.cache(false);
 
 // Buffers of a glTF file, from the disk.
@@ -72,7 +75,7 @@ export class Peer {
   // sky: radiance by the vertical component of a direction.
   static async create({ scene, size, sky, skySize, quality = 85 }) {
     const peer = new Peer();
-    Object.assign(peer, { size_: size, quality_: quality, pixels_: Buffer.alloc(size.width * size.height * 4), mode_: null });
+    Object.assign(peer, { size_: size, quality_: quality, pixels_: Buffer.alloc(size.width * size.height * 4), effects_: false });
     const gl = createContext(size.width, size.height, { createWebGL2Context: true, antialias: false, alpha: false, stencil: false,
       preserveDrawingBuffer: true });
     if (!gl) throw new Error('headless-gl gives no context: is there an X display?');
@@ -82,6 +85,7 @@ export class Peer {
     renderer.debug.checkShaderErrors = process.env.PEER_CHECKS === '1';
     renderer.toneMapping = THREE.NeutralToneMapping;
     renderer.info.autoReset = false;
+    Object.assign(renderer.shadowMap, { enabled: true, type: THREE.BasicShadowMap, autoUpdate: false });
 
     const loader = new GLTFLoader().register(texturesFromDisk(dirname(scene)));
     const file = await loader.parseAsync(readFileSync(scene, 'utf8'), pathToFileURL(dirname(scene)).href + '/');
@@ -99,15 +103,16 @@ export class Peer {
     return this.gl_._getParameterDirect?.(this.gl_.RENDERER) ?? this.gl_.getParameter(this.gl_.RENDERER);
   }
 
-  // mode: base or all. Captures the cubes that are captured once.
+  // mode: base, all or full. Draws the shadow maps, and captures the cubes that are captured once.
   setMode(mode) {
-    if (mode === 'all') this.prepareAll_();
-    for (const [mesh, materials] of this.materials_) mesh.material = materials[mode] ?? materials.base;
+    this.effects_ = mode !== 'base';
+    this.castShadows_(mode === 'full');
+    if (this.effects_) this.prepareAll_();
+    for (const [mesh, materials] of this.materials_) mesh.material = (this.effects_ && materials.all) || materials.base;
     if (this.mirror_) {
-      this.mirror_.visible = mode === 'all';
-      this.named_.get('floor').visible = mode !== 'all';
+      this.mirror_.visible = this.effects_;
+      this.named_.get('floor').visible = !this.effects_;
     }
-    this.mode_ = mode;
   }
 
   // One frame: milliseconds of drawing, of reading the pixels and of encoding them, and the JPEG file.
@@ -119,7 +124,7 @@ export class Peer {
     camera.lookAt(...pose.target);
     camera.updateProjectionMatrix();
     this.renderer_.info.reset();
-    if (this.mode_ === 'all' && this.liveCube_) this.capture_(this.liveCube_, this.named_.get('chrome'));
+    if (this.effects_ && this.liveCube_) this.capture_(this.liveCube_, this.named_.get('chrome'));
     this.renderer_.render(this.scene_, camera);
     gl.finish();
     const drawn = performance.now();
@@ -148,6 +153,20 @@ export class Peer {
     this.scene_.background = image;
     this.prefilter_ = new THREE.PMREMGenerator(this.renderer_);
     this.scene_.environment = this.prefilter_.fromEquirectangular(image).texture;
+  }
+
+  // Glass casts no shadow.
+  castShadows_(on) {
+    this.scene_.traverse((object) => {
+      if (object.isLight) {
+        object.castShadow = on;
+        object.shadow?.mapSize.set(kShadowSize, kShadowSize);
+      }
+      if (!object.isMesh) return;
+      object.castShadow = on && !object.material.transparent && !kGlass.includes(object.material.name);
+      object.receiveShadow = on;
+    });
+    this.renderer_.shadowMap.needsUpdate = on;
   }
 
   prepareBase_(mesh) {

@@ -7,17 +7,18 @@ import { findScenes, poseOf, skyRadiance, skySize, writeSky } from './scenes.mjs
 import { Peer } from './peer.mjs';
 import { Server } from './server.mjs';
 
-const kUsage = `usage: scripts/bench peers [--size WxH --frames N --scene NAME --mode base|all --single-process --json FILE]
+const kUsage = `usage: scripts/bench peers [--size WxH --frames N --scene NAME --mode base|all|full --single-process --json FILE]
   --size WxH         64x64 to 4096x2160; 1280x720
   --frames N         measured frames of each renderer, scene and mode, 1 to 1000; 21
   --scene NAME       room, hall, Sponza or FlightHelmet; may be repeated; all that are available
-  --mode base|all    base: no effects; all: all effects; may be repeated; both
+  --mode MODE        base: no effects; all: the four effects; full: shadows and light between surfaces as well;
+                     may be repeated; all three
   --single-process   Clerestory draws in the process of the server
   --json FILE        also writes every measured time`;
 
 const kWarmUp = 6;  // frames of each kind before those that are measured
 const kPresets = ['draft', 'standard'];
-const kModes = ['base', 'all'];
+const kModes = ['base', 'all', 'full'];
 
 function fail(text) {
   console.error(`${text}\n${kUsage}`);
@@ -41,7 +42,7 @@ function readOptions() {
   if (!(width >= 64 && width <= 4096 && height >= 64 && height <= 2160)) fail('--size is 64x64 to 4096x2160');
   const frames = Number(values.frames ?? 21);
   if (!(Number.isInteger(frames) && frames >= 1 && frames <= 1000)) fail('--frames is 1 to 1000');
-  for (const mode of values.mode ?? []) if (!kModes.includes(mode)) fail('--mode is base or all');
+  for (const mode of values.mode ?? []) if (!kModes.includes(mode)) fail('--mode is base, all or full');
   return { ...values, size: { width, height }, frames, modes: values.mode ?? kModes };
 }
 
@@ -65,6 +66,7 @@ async function measure({ peer, server, view, mode, frames, keep }) {
     [preset, (pose) => server.frame(pose, mode, preset)])) };
   const names = Object.keys(sides), measured = Object.fromEntries(names.map((name) => [name, []]));
   peer.setMode(mode);
+  await server.completeLight(view, mode);
   for (let index = 0; index < kWarmUp + frames; ++index) {
     const pose = poseOf(view, index);
     for (let turn = 0; turn < names.length; ++turn) {
@@ -123,12 +125,13 @@ function report(results, { size, frames }) {
     'ratio: Clerestory / peer; ! misses its target\n' +
     'by round: medians of the ratios of each round; of minima: ratios of the least times (draft, standard); load: before and after');
   const ratio = (value, target) => `${digits(value, 2)}${value > target ? ' !' : '  '}`;
+  const limit = (row, preset) => row.targets?.[preset];
   printTable(['scene', 'mode', 'peer', ...kPresets.flatMap((p) => [p, 'ratio  ', 'target']), 'by round', 'of minima', 'load'], results.map((row) => {
     const peer = medianOf(row.peer, 'total'), least = (name) => Math.min(...row[name].map((frame) => frame.total));
     const both = (ratioOf) => kPresets.map((preset) => digits(ratioOf(preset), 2)).join(' ');
     return [row.scene, row.mode, digits(peer), ...kPresets.flatMap((preset) => {
       const own = medianOf(row[preset], 'total');
-      return [digits(own), ratio(own / peer, row.targets[preset]), digits(row.targets[preset], 1)];
+      return [digits(own), ratio(own / peer, limit(row, preset)), limit(row, preset)?.toFixed(1) ?? '-'];
     }), both((preset) => median(row[preset].map((frame, k) => frame.total / row.peer[k].total))),
       both((preset) => least(preset) / least('peer')), row.load.map((x) => digits(x, 1)).join('-')];
   }));

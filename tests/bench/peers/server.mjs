@@ -11,8 +11,8 @@ const freePort = () => new Promise((resolve, reject) => {
 });
 
 const effectsOf = (mode) => {
-  const on = mode === 'all';
-  return { emission: on, refraction: on, planarReflection: on, environmentReflection: on };
+  const four = mode !== 'base', lit = mode === 'full';
+  return { emission: four, refraction: four, planarReflection: four, environmentReflection: four, shadows: lit, indirectLight: lit };
 };
 
 export class Server {
@@ -45,13 +45,19 @@ export class Server {
     return this.json_('/v1/renderer');
   }
 
+  // Waits until light between surfaces is complete, if the mode has it: its computation would slow both sides.
+  async completeLight(pose, mode) {
+    for (let share = 0; share < 1;) {
+      const { headers } = await this.post_(this.requestOf_(pose, mode, 'standard'), { Prefer: 'wait=60' });
+      share = Number(/share=([\d.]+)/.exec(headers['clerestory-light'])?.[1] ?? 1);
+    }
+  }
+
   // One frame from request to the last byte of the answer.
   async frame(pose, mode, preset, more = {}) {
     const start = performance.now();
-    const answer = await this.send_('POST', '/v1/frames', JSON.stringify({ camera: pose, ...this.size_, accuracy: preset,
-      effects: effectsOf(mode), environment: { map: 'sky-of-bench' }, ...more }));
+    const answer = await this.post_({ ...this.requestOf_(pose, mode, preset), ...more });
     const total = performance.now() - start;
-    if (answer.status !== 200) throw new Error(`frame: ${answer.status} ${answer.body}`);
     if ('age' in answer.headers) throw new Error('the frame came from a cache');
     const parts = Object.fromEntries((answer.headers['server-timing'] ?? '').split(', ').map((part) => part.split(';dur='))
       .map(([name, milliseconds]) => [name, Number(milliseconds)]));
@@ -66,12 +72,22 @@ export class Server {
     await ended;
   }
 
+  requestOf_(pose, mode, preset) {
+    return { camera: pose, ...this.size_, accuracy: preset, effects: effectsOf(mode), environment: { map: 'sky-of-bench' } };
+  }
+
+  async post_(request, headers = {}) {
+    const answer = await this.send_('POST', '/v1/frames', JSON.stringify(request), headers);
+    if (answer.status !== 200) throw new Error(`frame: ${answer.status} ${answer.body}`);
+    return answer;
+  }
+
   async json_(path) {
     return JSON.parse((await this.send_('GET', path)).body);
   }
 
-  send_(method, path, body) {
-    const headers = body ? { 'Content-Type': 'application/json', 'Content-Length': Buffer.byteLength(body) } : {};
+  send_(method, path, body, more = {}) {
+    const headers = body ? { 'Content-Type': 'application/json', 'Content-Length': Buffer.byteLength(body), ...more } : {};
     return new Promise((resolve, reject) => {
       const request = http.request({ host: '127.0.0.1', port: this.port_, method, path, headers, agent: this.agent_ }, (response) => {
         const chunks = [];
