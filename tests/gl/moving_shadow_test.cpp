@@ -14,23 +14,14 @@ namespace {
 
 class MovingShadows : public GlTest {};
 
-enum class Moves { square, pane, lamp, far };
-
-Material seenFromBothSides() {
-    Material m;
-    m.baseColor = glm::vec4(glm::vec3(0.5f), 1.0f);
-    m.metallic = 0.0f;
-    m.specular = 0.0f;
-    m.doubleSided = true;
-    return m;
-}
+enum class Moves { square, pane, lamp, lampAndSquare, far };
 
 // A square before a wall that a lamp lights, and something that moves by 1 to the right in 2 s. If
 // `at` is set, the scene has no clip, and the latter is where it is at that time.
 Scene sceneWith(Moves what, LightKind kind, std::optional<double> at = std::nullopt) {
     Scene scene;
-    place(scene, quad(2.0f, addMaterial(scene, seenFromBothSides())));
-    place(scene, quad(0.15f, addMaterial(scene, seenFromBothSides())), moved(0.0, 0.5, 1.0));
+    place(scene, quad(2.0f, addMaterial(scene, lambertBothSides(0.5f))));
+    place(scene, quad(0.15f, addMaterial(scene, lambertBothSides(0.5f))), moved(0.0, 0.5, 1.0));
     const glm::vec3 from(-0.5f, 0.0f, 0.8f);
     const glm::vec3 to = from + glm::vec3(what == Moves::far ? 100.0f : 1.0f, 0.0f, 0.0f);
     const glm::vec3 now = glm::mix(from, to, static_cast<float>(at.value_or(0.0) / 2.0));
@@ -38,11 +29,16 @@ Scene sceneWith(Moves what, LightKind kind, std::optional<double> at = std::null
         addLight(scene, {.kind = kind, .intensity = glm::vec3(4.0f)},
                  moved(place.x, place.y, place.z));
     };
-    if (what == Moves::lamp) {
+    if (what == Moves::lampAndSquare) {
+        place(scene, quad(0.2f, addMaterial(scene, lambertBothSides(0.5f))));
+        moveLast(scene, from - glm::vec3(0.0f, 0.5f, 0.0f), to);
+        scene.clips.back().name = "square";
+    }
+    if (what == Moves::lamp || what == Moves::lampAndSquare) {
         lampAt(now);
     } else {
         lampAt({0.0, 0.0, 3.0});
-        Material m = seenFromBothSides();
+        Material m = lambertBothSides(0.5f);
         if (what == Moves::pane) {
             m.baseColor = glm::vec4(1.0f, 0.3f, 0.3f, 1.0f);
             m.transmission = 1.0f;
@@ -110,10 +106,12 @@ TEST_F(MovingShadows, WhatCastsNoneLeavesTheMapAlone) {
 }
 
 TEST_F(MovingShadows, AMovingLampSeesEverythingAgain) {
-    const FrameRequest r = shadowed(sceneWith(Moves::lamp, LightKind::point), "moving lamp");
-    EXPECT_EQ(shadowPassesOf(r, 0.0), (ShadowPasses{0, 6, 0}));
-    drawnAt(r, 0.0);
-    EXPECT_EQ(shadowPassesOf(r, 1.0), (ShadowPasses{0, 6, 0}));
+    for (const Moves what : {Moves::lamp, Moves::lampAndSquare}) {
+        const FrameRequest r = shadowed(sceneWith(what, LightKind::point), "moving lamp");
+        EXPECT_EQ(shadowPassesOf(r, 0.0), (ShadowPasses{0, 6, 0}));
+        drawnAt(r, 0.0);
+        EXPECT_EQ(shadowPassesOf(r, 1.0), (ShadowPasses{0, 6, 0}));
+    }
 }
 
 // The picture of the sun shows all places of the square, unless it goes far away.

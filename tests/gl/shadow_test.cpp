@@ -16,15 +16,6 @@ constexpr double kPi = 3.14159265358979;
 
 class Shadows : public GlTest {};
 
-Material matte(bool doubleSided = false) {
-    Material m;
-    m.baseColor = glm::vec4(glm::vec3(0.5f), 1.0f);
-    m.metallic = 0.0f;
-    m.specular = 0.0f;
-    m.doubleSided = doubleSided;
-    return m;
-}
-
 glm::dmat4 shiningAlong(const glm::dvec3& position, const glm::dvec3& along) {
     glm::dmat4 m(1.0);  // lights shine along their -Z
     const glm::dvec3 z = -glm::normalize(along);
@@ -66,7 +57,7 @@ FrameRequest squareOverWall(const Light& light, const glm::dvec3& lightAt, Mater
                             double size = 1.0, const glm::dvec3& origin = glm::dvec3(0.0)) {
     Scene scene;
     const auto s = static_cast<float>(size);
-    const Index wall = addMaterial(scene, matte());
+    const Index wall = addMaterial(scene, lambert(0.5f));
     place(scene, quad(2.0f * s, wall), glm::translate(glm::dmat4(1.0), origin));
     place(scene, quad(0.5f * s, addMaterial(scene, std::move(blocker))),
           glm::translate(glm::dmat4(1.0), origin + glm::dvec3(0.0, 0.0, size)));
@@ -111,7 +102,7 @@ void expectShadow(const Pictures& p, double half, double blur, const std::string
 
 TEST_F(Shadows, ASquareCastsASquare) {
     {
-        const Material blocker = matte(true);
+        const Material blocker = lambertBothSides(0.5f);
         // From two edges away a shadow is twice as large, from far away as large as the square.
         expectShadow(draw(squareOverWall(pointLight(), {0.0, 0.0, 3.0}, blocker)), 0.75, 0.03,
                      "point");
@@ -127,18 +118,18 @@ TEST_F(Shadows, ScaleAndPlaceDoNotMatter) {
         for (const double away : {0.0, 1e3}) {
             const glm::dvec3 origin(away * size, -away * size, 0.0);
             const std::string name = std::to_string(size) + " at " + std::to_string(away);
-            expectShadow(
-                draw(squareOverWall(pointLight(), {0.0, 0.0, 3.0}, matte(true), size, origin)),
-                0.75, 0.03, "point, " + name);
-            expectShadow(
-                draw(squareOverWall(sunLight(), {0.0, 0.0, 3.0}, matte(true), size, origin)), 0.5,
-                0.02, "sun, " + name);
+            expectShadow(draw(squareOverWall(pointLight(), {0.0, 0.0, 3.0}, lambertBothSides(0.5f),
+                                             size, origin)),
+                         0.75, 0.03, "point, " + name);
+            expectShadow(draw(squareOverWall(sunLight(), {0.0, 0.0, 3.0}, lambertBothSides(0.5f),
+                                             size, origin)),
+                         0.5, 0.02, "sun, " + name);
         }
     }
 }
 
 TEST_F(Shadows, HolesLetLightThrough) {
-    Material hole = matte(true);
+    Material hole = lambertBothSides(0.5f);
     hole.alphaMode = AlphaMode::mask;
     hole.baseColor.a = 0.1f;
     const Pictures p = draw(squareOverWall(pointLight(), {0.0, 0.0, 3.0}, hole));
@@ -155,7 +146,7 @@ TEST_F(Shadows, GlassCastsItsTint) {
     absorbing.thickness = 0.5f;
     absorbing.attenuationDistance = 0.25f;
     absorbing.attenuationColor = {0.5f, 0.8f, 1.0f};
-    Material veil = matte(true);
+    Material veil = lambertBothSides(0.5f);
     veil.alphaMode = AlphaMode::blend;
     veil.baseColor.a = 0.3f;
     const struct {
@@ -179,7 +170,7 @@ TEST_F(Shadows, GlassCastsItsTint) {
 TEST_F(Shadows, GlassDoesNotTintWhatIsBeforeIt) {
     for (const Light& light : {pointLight(), spotLight(), sunLight()}) {
         Scene scene;
-        place(scene, quad(0.5f, addMaterial(scene, matte())), moved(0.0, 0.0, 2.0));
+        place(scene, quad(0.5f, addMaterial(scene, lambert(0.5f))), moved(0.0, 0.0, 2.0));
         Material black = clearGlass();
         black.baseColor = {0.0f, 0.0f, 0.0f, 1.0f};
         place(scene, quad(2.0f, addMaterial(scene, black)), moved(0.0, 0.0, 1.0));
@@ -194,7 +185,9 @@ TEST_F(Shadows, ABallAloneLooksAsWithout) {
     for (const bool doubleSided : {false, true}) {
         for (const Light& light : {pointLight(), sunLight()}) {
             Scene scene;
-            place(scene, sphere(0.8f, 64, addMaterial(scene, matte(doubleSided))));
+            place(scene,
+                  sphere(0.8f, 64,
+                         addMaterial(scene, doubleSided ? lambertBothSides(0.5f) : lambert(0.5f))));
             addLight(scene, light, shiningAlong({2.0, 2.0, 2.0}, {-1.0, -1.0, -1.0}));
             FrameRequest r = request(std::move(scene), "ball");
             r.width = r.height = 128;
@@ -224,8 +217,8 @@ TEST_F(Shadows, ABallAloneLooksAsWithout) {
 TEST_F(Shadows, ContactsAreClosedToAboutATexel) {
     constexpr float kRadius = 0.5f, kOpen = 0.24f;  // metres
     Scene scene;
-    place(scene, quad(2.0f, addMaterial(scene, matte())));
-    const Index body = addMaterial(scene, matte());
+    place(scene, quad(2.0f, addMaterial(scene, lambert(0.5f))));
+    const Index body = addMaterial(scene, lambert(0.5f));
     for (const double x : {0.0, 60.0}) {
         place(scene, sphere(kRadius, 64, body),
               glm::translate(glm::dmat4(1.0), glm::dvec3(x, 0.0, kRadius)));
@@ -252,7 +245,7 @@ TEST_F(Shadows, ContactsAreClosedToAboutATexel) {
 TEST_F(Shadows, GrazingLightLeavesNoPattern) {
     for (const double height : {1.0, 0.3, 0.1}) {
         Scene scene;
-        place(scene, quad(2.0f, addMaterial(scene, matte(true))));
+        place(scene, quad(2.0f, addMaterial(scene, lambertBothSides(0.5f))));
         addLight(scene, sunLight(), shiningAlong({0.0, 0.0, 0.0}, {-1.0, -0.2, -height}));
         FrameRequest r = request(std::move(scene), "grazing", {0.0, 0.0, 1.0});
         const Pictures p = draw(r);
@@ -264,8 +257,8 @@ TEST_F(Shadows, GrazingLightLeavesNoPattern) {
 // In the plane of a receiver and inside a closed body: finite, and dark outside.
 TEST_F(Shadows, ALightInsideABodyIsHidden) {
     Scene scene;
-    place(scene, quad(2.0f, addMaterial(scene, matte())), moved(0.0, 0.0, -0.5));
-    place(scene, sphere(0.4f, 32, addMaterial(scene, matte(true))));
+    place(scene, quad(2.0f, addMaterial(scene, lambert(0.5f))), moved(0.0, 0.0, -0.5));
+    place(scene, sphere(0.4f, 32, addMaterial(scene, lambertBothSides(0.5f))));
     addLight(scene, pointLight(), moved(0.0, 0.0, 0.0));
     FrameRequest r = request(std::move(scene), "inside");
     const Pictures p = draw(r);
@@ -274,7 +267,7 @@ TEST_F(Shadows, ALightInsideABodyIsHidden) {
         EXPECT_EQ(color(p.with, x, 32).x, 0.0f) << x;
     }
     Scene flat;
-    place(flat, quad(2.0f, addMaterial(flat, matte(true))));
+    place(flat, quad(2.0f, addMaterial(flat, lambertBothSides(0.5f))));
     addLight(flat, pointLight(), moved(0.3, 0.0, 0.0));
     const Pictures inPlane = draw(request(std::move(flat), "in plane"));
     const float* values = inPlane.with.floats();
@@ -288,7 +281,7 @@ TEST_F(Shadows, TheMapIsDrawnOnceAndOnlyIfItIsNeeded) {
         return std::count_if(plan.passes.begin(), plan.passes.end(),
                              [](const Pass& pass) { return pass.kind() == "shadow"; });
     };
-    FrameRequest r = squareOverWall(pointLight(), {0.0, 0.0, 3.0}, matte(true));
+    FrameRequest r = squareOverWall(pointLight(), {0.0, 0.0, 3.0}, lambertBothSides(0.5f));
     EXPECT_EQ(passes(r), 0);
     r.effects.shadows = true;
     EXPECT_EQ(passes(r), 6);
@@ -296,12 +289,12 @@ TEST_F(Shadows, TheMapIsDrawnOnceAndOnlyIfItIsNeeded) {
     EXPECT_EQ(passes(r), 0);
     r.camera.position = glm::dvec3(0.2, 0.1, 0.7);
     EXPECT_EQ(passes(r), 0);
-    r = squareOverWall(sunLight(), {0.0, 0.0, 3.0}, matte(true));
+    r = squareOverWall(sunLight(), {0.0, 0.0, 3.0}, lambertBothSides(0.5f));
     r.effects.shadows = true;
     EXPECT_EQ(passes(r), 1);
 
     Scene dark;
-    place(dark, quad(1.0f, addMaterial(dark, matte())));
+    place(dark, quad(1.0f, addMaterial(dark, lambert(0.5f))));
     FrameRequest none = request(std::move(dark), "no lights");
     none.effects.shadows = true;
     EXPECT_EQ(passes(none), 0);
@@ -312,9 +305,9 @@ TEST_F(Shadows, TheMapIsDrawnOnceAndOnlyIfItIsNeeded) {
 // tolerance.
 TEST_F(Shadows, LightsHaveThemWhereTheyAreWorthIt) {
     Scene scene;
-    const Index wall = addMaterial(scene, matte());
+    const Index wall = addMaterial(scene, lambert(0.5f));
     place(scene, quad(2.0f, wall));
-    place(scene, quad(0.15f, addMaterial(scene, matte(true))), moved(0.0, 0.0, 1.0));
+    place(scene, quad(0.15f, addMaterial(scene, lambertBothSides(0.5f))), moved(0.0, 0.0, 1.0));
     addLight(scene, pointLight(), moved(0.0, 0.0, 2.0));
     Light dim = pointLight();
     dim.intensity *= 0.008f;

@@ -86,6 +86,12 @@ Material lambert(float albedo, float emitted) {
     return m;
 }
 
+Material lambertBothSides(float albedo) {
+    Material m = lambert(albedo);
+    m.doubleSided = true;
+    return m;
+}
+
 Material clearGlass(float ior, float roughness) {
     return {.name = "glass",
             .metallic = 0.0f,

@@ -30,6 +30,7 @@ MeshDraft sphere(float radius, std::uint32_t rows, Index material);
 Material mirrorMetal(float reflectance = 1.0f, float roughness = 0.0f);
 // Lambert alone: reflects nothing from its surface.
 Material lambert(float albedo, float emitted = 0.0f);
+Material lambertBothSides(float albedo);
 // Clear, thin-walled until it is given a thickness.
 Material clearGlass(float ior = 1.5f, float roughness = 0.0f);
 // Its own colour, independent of lighting.

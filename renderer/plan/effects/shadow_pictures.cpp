@@ -38,13 +38,6 @@ bool facesSun(const Stage& stage, const Surface& surface, const glm::dvec3& toLi
     return plane && glm::dot(plane->normal, toLight) > 0.0;
 }
 
-bool anyLightMoves(const Scene& scene) {
-    const std::vector<bool> moves = nodesThatMove(scene);
-    return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
-        return light.node != kNone && moves[light.node];
-    });
-}
-
 }  // namespace
 
 bool casts(const Stage& stage, const Surface& surface) {
@@ -138,7 +131,6 @@ std::optional<Shadow> shadowOf(const Stage& stage, const Casters& casters, std::
     const PlacedLight& light = stage.lights[index];
     const double znear =
         std::max(1e-9, kLightNearShare * double(lastingBounds(stage.scene, stage.pose).diagonal()));
-    const bool lightsMove = anyLightMoves(stage.scene);
     if (light.kind == LightKind::directional) {
         const glm::dvec3 toLight = glm::normalize(glm::dvec3(light.toLight));
         const auto [box, lasts] = boxTowards(stage, casters, toLight);
@@ -147,7 +139,7 @@ std::optional<Shadow> shadowOf(const Stage& stage, const Casters& casters, std::
                       .kind = LightShadow::Kind::one,
                       .edge = edges.sun,
                       .views = {sunView(stage, box, toLight)},
-                      .lasts = lasts && !lightsMove};
+                      .lasts = lasts};
     }
     if (light.kind == LightKind::spot && light.cosOuter > kMaxConeCosine) {
         const glm::dvec3 along = -glm::normalize(glm::dvec3(light.toLight));
@@ -166,7 +158,7 @@ std::optional<Shadow> shadowOf(const Stage& stage, const Casters& casters, std::
                       .kind = LightShadow::Kind::one,
                       .edge = edges.cone,
                       .views = {view},
-                      .lasts = !lightsMove};
+                      .lasts = true};
     }
     const auto faces =
         cubeFaceViews(light.position, znear, glm::transpose(stage.settings.mapFromWorld));
@@ -174,7 +166,7 @@ std::optional<Shadow> shadowOf(const Stage& stage, const Casters& casters, std::
                   .kind = LightShadow::Kind::six,
                   .edge = edges.face,
                   .views = {faces.begin(), faces.end()},
-                  .lasts = !lightsMove};
+                  .lasts = true};
 }
 
 namespace {
@@ -203,7 +195,6 @@ std::uint32_t placeInRows(std::vector<Shadow>& shadows, std::uint32_t width) {
 
 }  // namespace
 
-// Places the pictures in the smallest map. Returns its size, or nothing if it would be too large.
 std::optional<MapSize> placeInSmallestMap(std::vector<Shadow>& shadows) {
     constexpr std::uint32_t kStep = 128;
     std::stable_sort(shadows.begin(), shadows.end(),

@@ -55,7 +55,7 @@ struct Shadow {
     LightShadow::Kind kind;
     std::uint32_t edge;
     std::vector<View> views;
-    bool lasts = false;  // while clips play, the views are the same
+    bool lasts = false;  // while clips play and the light rests, the views are the same
     TargetRect first;    // of the map; set by placeInSmallestMap()
 };
 

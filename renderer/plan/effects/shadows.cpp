@@ -7,7 +7,6 @@
 #include "plan/visibility/lighting.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -166,16 +165,21 @@ void addDepthPasses(const Stage& stage, PlanBuilder& builder, const std::vector<
     });
 }
 
+bool anyLightMoves(const Scene& scene) {
+    const std::vector<bool> moves = nodesThatMove(scene);
+    return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Light& light) {
+        return light.node != kNone && moves[light.node];
+    });
+}
+
 // Adds a map of its own for what is shown. Its passes are left out if it is resident.
 TargetId addDepths(const FrameContext& context, const Stage& stage, PlanBuilder& builder,
-                   const std::vector<Shadow>& shadows, const MapSize& size, const std::string& name,
-                   const Shown& shown) {
-    const std::uint64_t key = keyOf(name, stage, shadows, shown);
-    const TargetId target = builder.addTarget(mapSpec(name, size, key));
-    if (context.resident.keys.contains(key)) {
+                   const std::vector<Shadow>& shadows, const TargetSpec& map, const Shown& shown) {
+    const TargetId target = builder.addTarget(map);
+    if (context.resident.keys.contains(map.residentKey)) {
         builder.skip(Subject{Subject::Kind::lights}, Effect::shadows, "resident and unchanged");
     } else {
-        addDepthPasses(stage, builder, shadows, target, name, shown);
+        addDepthPasses(stage, builder, shadows, target, map.name, shown);
     }
     return target;
 }
@@ -185,19 +189,22 @@ TargetId addShadowMap(const FrameContext& context, const Stage& stage, PlanBuild
                       const std::vector<Shadow>& shadows, const MapSize& size,
                       const Casters& casters) {
     const Shown all{[&](const Surface& s) { return casts(stage, s); }, featuresOfCaster};
-    const bool last = casters.mixed() && std::all_of(shadows.begin(), shadows.end(),
-                                                     [](const Shadow& s) { return s.lasts; });
-    const std::uint64_t key = keyOf("shadows", stage, shadows, all);
-    if (!last || context.resident.keys.contains(key)) {
-        return addDepths(context, stage, builder, shadows, size, "shadows", all);
+    const TargetSpec whole = mapSpec("shadows", size, keyOf("shadows", stage, shadows, all));
+    const bool separate =
+        casters.mixed() && !anyLightMoves(stage.scene) &&
+        std::all_of(shadows.begin(), shadows.end(), [](const Shadow& s) { return s.lasts; });
+    if (!separate || context.resident.keys.contains(whole.residentKey)) {
+        return addDepths(context, stage, builder, shadows, whole, all);
     }
     const Shown still{[&](const Surface& s) { return casts(stage, s) && !casters.change(s); },
                       featuresOfCaster};
     const Shown changing{[&](const Surface& s) { return casts(stage, s) && casters.change(s); },
                          featuresOfCaster};
-    const TargetId base = addDepths(context, stage, builder, shadows, size, "stillShadows", still);
-    const TargetId map = builder.addTarget(mapSpec("shadows", size, key));
-    addDepthPasses(stage, builder, shadows, map, "shadows", changing, base);
+    const TargetId base = addDepths(
+        context, stage, builder, shadows,
+        mapSpec("stillShadows", size, keyOf("stillShadows", stage, shadows, still)), still);
+    const TargetId map = builder.addTarget(whole);
+    addDepthPasses(stage, builder, shadows, map, whole.name, changing, base);
     return map;
 }
 

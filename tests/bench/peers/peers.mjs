@@ -125,13 +125,12 @@ function report(results, { size, frames }) {
     'ratio: Clerestory / peer; ! misses its target\n' +
     'by round: medians of the ratios of each round; of minima: ratios of the least times (draft, standard); load: before and after');
   const ratio = (value, target) => `${digits(value, 2)}${value > target ? ' !' : '  '}`;
-  const limit = (row, preset) => row.targets?.[preset];
   printTable(['scene', 'mode', 'peer', ...kPresets.flatMap((p) => [p, 'ratio  ', 'target']), 'by round', 'of minima', 'load'], results.map((row) => {
     const peer = medianOf(row.peer, 'total'), least = (name) => Math.min(...row[name].map((frame) => frame.total));
     const both = (ratioOf) => kPresets.map((preset) => digits(ratioOf(preset), 2)).join(' ');
     return [row.scene, row.mode, digits(peer), ...kPresets.flatMap((preset) => {
-      const own = medianOf(row[preset], 'total');
-      return [digits(own), ratio(own / peer, limit(row, preset)), limit(row, preset)?.toFixed(1) ?? '-'];
+      const own = medianOf(row[preset], 'total'), target = row.targets?.[preset];  // none for full
+      return [digits(own), ratio(own / peer, target), target === undefined ? '-' : digits(target, 1)];
     }), both((preset) => median(row[preset].map((frame, k) => frame.total / row.peer[k].total))),
       both((preset) => least(preset) / least('peer')), row.load.map((x) => digits(x, 1)).join('-')];
   }));
