@@ -168,13 +168,12 @@ Surface covering(IN(Surface) narrow, IN(Turn) turn, IN(Turn) ofCoat) {
 
 // ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, times the cosine to the lamp.
 // Terms that all lamps share are computed before: compilers for processors do not hoist them.
-// halfway need not be unit.
-float ggxLobe(IN(Surface) s, vec3 halfway, float nDotL) {
+// halfway need not be unit; perSquare: 1 over the square of its length.
+float ggxLobe(IN(Surface) s, vec3 halfway, float perSquare, float nDotL) {
     float a2 = s.alphaSquared;
-    float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
     float nDotH = dot(s.normal, halfway);
     vec3 across = cross(s.normal, halfway);
-    float q = max((nDotH * nDotH * a2 + dot(across, across)) * perLength, 1e-9f);
+    float q = max((nDotH * nDotH * a2 + dot(across, across)) * perSquare, 1e-9f);
     float l = max(nDotL, kMinCosine);
     float smith = s.nDotV * sqrt(a2 + (1.0f - a2) * l * l) + l * s.masking;
     return (0.5f / kPi) * a2 * max(nDotL, 0.0f) / (q * q * smith);
@@ -184,16 +183,15 @@ float ggxLobe(IN(Surface) s, vec3 halfway, float nDotL) {
 // whose normal is close to the half vector contribute, so masking and cosine are taken at those.
 // densest: a bound of it.
 float ggxMeanLobe(IN(Covered) c, float densest, vec3 normal, float a2, float nDotV, vec3 halfway,
-                  float nDotL, float eyeDotH) {
-    float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
+                  float perSquare, float nDotL, float eyeDotH) {
     float nDotH = dot(normal, halfway);
     vec3 across = cross(normal, halfway);
     float alongX = dot(c.x, halfway);
     float alongY = dot(c.y, halfway);
     float distance2 =
         c.scale * (c.trace * dot(across, across) - alongX * alongX - alongY * alongY);
-    float density = c.weight * ggxMeanDistribution(nDotH * nDotH * perLength,
-                                                   max(distance2, 0.0f) * perLength, a2, c.area);
+    float density = c.weight * ggxMeanDistribution(nDotH * nDotH * perSquare,
+                                                   max(distance2, 0.0f) * perSquare, a2, c.area);
     density = min(density, densest);
     float part = c.area / (c.area + a2);
     float cosine = mix(nDotL, eyeDotH, part);
@@ -216,15 +214,15 @@ float clearcoatLobe(IN(Surface) s, vec3 toLight, vec3 halfway, float eyeDotH) {
     float nDotL = dot(n, toLight);
     float alpha = clearcoatAlpha(s.layers);
     float fresnel = kClearcoatF0.x + (1.0f - kClearcoatF0.x) * pow5(1.0f - eyeDotH);
+    float perSquare = 1.0f / max(dot(halfway, halfway), 1e-12f);
     if (s.averages) {
         float nDotV = max(dot(n, s.toEye), kMinCosine);
         return s.layers.clearcoat * fresnel *
                ggxMeanLobe(s.clearcoatCovered, s.clearcoatDensest, n, alpha * alpha, nDotV, halfway,
-                           nDotL, eyeDotH);
+                           perSquare, nDotL, eyeDotH);
     }
     vec3 across = cross(n, halfway);
-    float perLength = 1.0f / max(dot(halfway, halfway), 1e-12f);
-    float density = ggxDistribution(dot(n, halfway) * sqrt(perLength), dot(across, across) * perLength,
+    float density = ggxDistribution(dot(n, halfway) * sqrt(perSquare), dot(across, across) * perSquare,
                                     alpha);
     return nDotL > 0.0f ? s.layers.clearcoat * fresnel * density * nDotL *
                               ggxVisibility(nDotL, dot(n, s.toEye), alpha)
@@ -234,12 +232,14 @@ float clearcoatLobe(IN(Surface) s, vec3 toLight, vec3 halfway, float eyeDotH) {
 // Factor from light arriving along toLight (unit) to radiance towards the eye; nDotL: normal . toLight.
 vec3 evalBaseLight(IN(Surface) s, vec3 toLight, float nDotL) {
     vec3 halfway = toLight + s.toEye;
-    float eyeDotH = dot(s.toEye, halfway) * inversesqrt(max(dot(halfway, halfway), 1e-12f));
+    float perLength = inversesqrt(max(dot(halfway, halfway), 1e-12f));
+    float perSquare = perLength * perLength;
+    float eyeDotH = dot(s.toEye, halfway) * perLength;
     vec3 fresnel = fresnelSchlick(s.f0, s.f90, eyeDotH);
     float below = 1.0f - (s.dielectric.x + (s.dielectric.y - s.dielectric.x) * pow5(1.0f - eyeDotH));
     float lobe = s.averages ? ggxMeanLobe(s.covered, s.densest, s.normal, s.alphaSquared, s.nDotV,
-                                          halfway, nDotL, eyeDotH)
-                            : ggxLobe(s, halfway, nDotL);
+                                          halfway, perSquare, nDotL, eyeDotH)
+                            : ggxLobe(s, halfway, perSquare, nDotL);
     if (shades(LAYER_ANISOTROPY)) {
         lobe = s.layers.anisotropy > 0.0f ? grainLobe(s, toLight, halfway, nDotL) : lobe;
     }
@@ -307,9 +307,10 @@ ArrivingLight arrivingLight(IN(Surface) s, vec3 position, int first, bool limite
 
     vec3 toLight = place.xyz - position * place.w;
     float squared = max(dot(toLight, toLight), 1e-12f);
-    toLight *= inversesqrt(squared);
+    float inverse = inversesqrt(squared);
+    toLight *= inverse;
     float nDotL = dot(s.normal, toLight);
-    float falloff = 1.0f / max(squared, kMinLightDistanceSquared);
+    float falloff = min(inverse * inverse, 1.0f / kMinLightDistanceSquared);
     if (limited) {
         // spotAttenuation() as a line in the cosine: dot(cone.xyz, toLight) + cone.w, before clamping.
         vec4 cone = texelFetch(lightTable, first + 2);
@@ -330,7 +331,9 @@ vec3 lampLight(IN(Surface) s, vec3 position, int first, bool limited) {
             light *= shadowAt(position, s.shadowOffset * sideOf(s, lamp.nDotL), lamp.place,
                               lamp.toLight, lamp.metres, first);
         }
-        if (maxComponent(light) > 0.0f) sum = light * evalDirectLight(s, lamp.toLight, lamp.nDotL);
+        if (!viewHas(VIEW_SHADOWS) || maxComponent(light) > 0.0f) {
+            sum = light * evalDirectLight(s, lamp.toLight, lamp.nDotL);
+        }
     }
     return sum;
 }
