@@ -82,7 +82,7 @@ std::shared_ptr<const light::SurfaceLight> SceneLights::open(const light::OpenLi
 }
 
 void SceneLights::releaseOpen(const std::function<bool(const Scene&)>& isShown) {
-    if (open_ && !isShown(*open_->scene)) open_.reset();
+    if (open_ && (!isShown(*open_->scene) || baker_->latest(open_->key))) open_.reset();
 }
 
 LightState SceneLights::state(std::uint64_t key) const {

@@ -30,7 +30,7 @@ public:
     std::shared_ptr<const light::SurfaceLight> latest(std::uint64_t key);
     // What is shown before the first one.
     std::shared_ptr<const light::SurfaceLight> open(const light::OpenLightInput& input);
-    // Frees that of a scene that is not shown.
+    // Frees that of a scene that is not shown, or whose light has been computed since.
     void releaseOpen(const std::function<bool(const Scene&)>& isShown);
     LightState state(std::uint64_t key) const;
     // See Frame::lightNow.

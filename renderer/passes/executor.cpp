@@ -22,6 +22,34 @@ constexpr std::size_t kMaxMaps = 4;
 // Lights of scenes that stay uploaded.
 constexpr std::size_t kMaxSurfaceLights = 2;
 
+// A driver may keep references to deleted textures: to those that its last program read until
+// another one reads others in the same slots, and to the targets of pictures in its queue until
+// those places of the queue are used again. llvmpipe's queue has up to 64 places, and a picture
+// gets the first one that is free, so the places fill up while a larger picture is being cleared.
+void dropDriverReferences(PassResources& resources) {
+    constexpr int kRounds = 2, kPlaces = 64;
+    constexpr std::uint32_t kLarge = 2048;
+    const auto target = [](std::uint32_t edge) {
+        return gl::Texture({.format = gl::TextureFormat::rgba16f, .width = edge, .height = edge});
+    };
+    const gl::Texture texel = target(1);
+    const gl::Framebuffer small({.color = &texel, .width = 1, .height = 1});
+    const auto draw = [](const gl::Framebuffer& picture) {
+        picture.bind();
+        gl::clearColorAndDepth();
+        glFlush();
+    };
+    for (int round = 0; round < kRounds; ++round) {
+        const gl::Texture texels = target(kLarge);
+        draw(gl::Framebuffer({.color = &texels, .width = kLarge, .height = kLarge}));
+        for (int place = 0; place < kPlaces; ++place) draw(small);
+        settleSamplers(resources);
+        glFinish();
+        draw(small);  // in the place of the larger picture
+    }
+    glFinish();
+}
+
 }  // namespace
 
 void Executor::upload(const std::shared_ptr<const Scene>& scene,
@@ -72,7 +100,7 @@ const gl::BufferTexture& Executor::uploaded(
         return lights_.front().texture;
     }
     // Earlier revisions are not shown again.
-    std::erase_if(lights_, [](const UploadedLight& u) { return u.light.use_count() == 1; });
+    forgetOutdatedLights();
     lights_.emplace_front();
     lights_.front().light = light;
     lights_.front().values.assign(std::as_bytes(std::span(light->values)));
@@ -124,6 +152,10 @@ void Executor::forgetTables(const Scene& scene) {
     std::erase_if(lights_, [&](const UploadedLight& u) { return u.light->scene.get() == &scene; });
 }
 
+void Executor::forgetOutdatedLights() {
+    std::erase_if(lights_, [](const UploadedLight& u) { return u.light.use_count() == 1; });
+}
+
 void Executor::releaseScratch() {
     for (const auto& [scene, uploaded] : scenes_) {
         if (!hasShown(*scene)) forgetTables(*scene);
@@ -131,14 +163,10 @@ void Executor::releaseScratch() {
     for (auto* tracers : {&processorTracers_, &flowTracers_}) {
         for (auto& [scene, tracer] : *tracers) tracer.releaseScratch();
     }
+    forgetOutdatedLights();
     std::vector<std::uint64_t>().swap(resources_.radiance);
     targets_.forgetTransient();
-    // A driver may keep the textures of its last framebuffer until it draws into another one.
-    const gl::Texture texel({.format = gl::TextureFormat::rgba16f});
-    const gl::Framebuffer small({.color = &texel, .width = 1, .height = 1});
-    small.bind();
-    gl::clearColorAndDepth();
-    glFinish();
+    dropDriverReferences(resources_);
 }
 
 void Executor::forget(const Scene& scene) {

@@ -105,6 +105,7 @@ private:
     std::list<UploadedLight> lights_;             // last used first
     std::vector<light::LightValue> movingLight_;  // of the present frame; see lightOfMoving()
     void moveLight(const ExecutionInput& frame);
+    void forgetOutdatedLights();  // those that the renderer no longer holds
 };
 
 }  // namespace clerestory

@@ -1,5 +1,7 @@
 #include "server/base/process.h"
 
+#include "server/base/block_pool.h"
+
 #include <elf.h>
 #include <link.h>
 #include <malloc.h>
@@ -87,10 +89,20 @@ double residentBytes() {
 
 double allocatedBytes() {
     const struct mallinfo2 info = mallinfo2();
-    return static_cast<double>(info.uordblks + info.hblkhd);
+    return static_cast<double>(info.uordblks + info.hblkhd + shaderBlocks.takenBytes() +
+                               commandBlocks.takenBytes());
+}
+
+void keepHeapsSmall() {
+    constexpr int kLarge = 4 << 20;
+    mallopt(M_MMAP_THRESHOLD, kLarge);
+    mallopt(M_TRIM_THRESHOLD, kLarge);
+    shaderBlocks.open();
+    commandBlocks.open();
 }
 
 void releaseUnusedMemory() {
+    commandBlocks.releasePages();
     malloc_trim(0);
     dl_iterate_phdr(releaseCompilerCode, nullptr);
 }

@@ -1,13 +1,17 @@
-// The allocator of the C library, which ends the process of a worker when a small allocation fails;
-// see endWithoutMemory(). Linked only into the program, so that every library and driver uses these
-// definitions.
+// The allocator of the C library, which ends the process of a worker when a small allocation fails
+// (see endWithoutMemory()), and takes Mesa's blocks from pools (see BlockPool). Linked only into
+// the program, so that every library and driver uses these definitions.
 #include "scene/import/sandbox/jail.h"
+#include "server/base/block_pool.h"
 #include "server/worker/confinement.h"
 
+#include <dlfcn.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstddef>
+#include <cstring>
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
@@ -15,8 +19,13 @@ extern "C" void* __libc_malloc(std::size_t);
 extern "C" void* __libc_calloc(std::size_t, std::size_t);
 extern "C" void* __libc_realloc(void*, std::size_t);
 extern "C" void* __libc_memalign(std::size_t, std::size_t);
+extern "C" void __libc_free(void*);
 
 namespace {
+
+using clerestory::BlockPool;
+using clerestory::commandBlocks;
+using clerestory::shaderBlocks;
 
 // Code that allocates more, for a texture or a picture, handles failure, and only its frame fails.
 constexpr std::size_t kSmall = 1 << 20;
@@ -27,17 +36,56 @@ void* checked(void* memory, std::size_t size) {
     return nullptr;
 }
 
+BlockPool* poolFor(std::size_t size) {
+    return shaderBlocks.fits(size)    ? &shaderBlocks
+           : commandBlocks.fits(size) ? &commandBlocks
+                                      : nullptr;
+}
+
+BlockPool* poolOf(const void* memory) {
+    return shaderBlocks.owns(memory)    ? &shaderBlocks
+           : commandBlocks.owns(memory) ? &commandBlocks
+                                        : nullptr;
+}
+
+void* pooled(std::size_t size) {
+    BlockPool* const pool = poolFor(size);
+    return pool ? pool->take() : nullptr;
+}
+
 }  // namespace
 
 extern "C" void* malloc(std::size_t size) {
+    if (void* const block = pooled(size)) return block;
     return checked(__libc_malloc(size), size);
 }
 extern "C" void* calloc(std::size_t count, std::size_t size) {
     const bool small = count == 0 || size < kSmall / count;
+    if (void* const block = small ? pooled(count * size) : nullptr) {
+        return std::memset(block, 0, count * size);
+    }
     return checked(__libc_calloc(count, size), small ? count * size : kSmall);
 }
+extern "C" void free(void* memory) {
+    BlockPool* const pool = poolOf(memory);
+    if (!pool) return __libc_free(memory);
+    const int error = errno;  // free() keeps it
+    pool->give(memory);
+    errno = error;
+}
 extern "C" void* realloc(void* memory, std::size_t size) {
-    return checked(__libc_realloc(memory, size), size);
+    const BlockPool* const pool = poolOf(memory);
+    if (!pool) return checked(__libc_realloc(memory, size), size);
+    void* const moved = size > 0 ? malloc(size) : nullptr;
+    if (moved) std::memcpy(moved, memory, std::min(size, pool->blockBytes()));
+    if (moved || size == 0) free(memory);
+    return moved;
+}
+extern "C" std::size_t malloc_usable_size(void* memory) {
+    if (const BlockPool* const pool = poolOf(memory)) return pool->blockBytes();
+    static const auto next =
+        reinterpret_cast<std::size_t (*)(void*)>(dlsym(RTLD_NEXT, "malloc_usable_size"));
+    return next(memory);
 }
 extern "C" void* memalign(std::size_t alignment, std::size_t size) {
     return checked(__libc_memalign(alignment, size), size);

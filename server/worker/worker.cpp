@@ -1,6 +1,7 @@
 #include "server/worker/worker.h"
 
 #include "server/base/log.h"
+#include "server/base/process.h"
 #include "server/base/worker_pool.h"
 #include "server/scenes/shader_cache.h"
 #include "server/worker/confinement.h"
@@ -235,6 +236,7 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
     std::signal(SIGINT, SIG_IGN);        // only the server reacts to them
     std::signal(SIGTERM, SIG_IGN);
     setLogLevel(options.logLevel);
+    keepHeapsSmall();
     MessagePipe pipe(kWorkerSocket);
     try {
         confine(options.memoryBytes);  // before there are other threads

@@ -2,9 +2,9 @@
 // accuracy knob, every switch, the environment, the materials, the camera.
 #include "room.h"
 
+#include <malloc.h>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
-
 
 namespace clerestory::test {
 namespace {
@@ -162,6 +162,31 @@ TEST_F(History, ReleasedScratchIsMadeAgain) {
     EXPECT_EQ(after.plan.passes.size(), before.plan.passes.size()) << "maps are resident";
     EXPECT_TRUE(sameBytes(after.image, before.image));
     EXPECT_EQ(after.mapBytes, before.mapBytes);
+}
+
+// Mesa keeps textures after their deletion until its queue of pictures and its slots for textures
+// hold others.
+TEST_F(History, ReleasedScratchTakesNoMemory) {
+    if (!renderer().identity().software) GTEST_SKIP() << "textures are in the card's memory";
+    const auto allocated = [] {
+        const struct mallinfo2 info = mallinfo2();
+        return static_cast<double>(info.uordblks + info.hblkhd) / (1 << 20);
+    };
+    FrameRequest r = small("history of memory");
+    r.accuracy.planar = PlanarMethod::traced;
+    r.accuracy.glass = GlassMethod::backdrop;
+    renderer().render(r);
+    renderer().releaseScratch();
+    const double before = allocated();
+    r.width = 1024;
+    r.height = 768;
+    renderer().render(r);
+    const double kept = allocated();
+    renderer().releaseScratch();
+    const double after = allocated();
+    const double color = r.width * r.height * 8.0 / (1 << 20);  // half floats, MB
+    EXPECT_GT(kept - before, 4 * color) << "frames keep their targets";
+    EXPECT_LT(after - before, color) << "of " << kept - before << " MB";
 }
 
 // A frame that ends before one of its passes leaves complete maps or none.
