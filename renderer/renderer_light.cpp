@@ -57,7 +57,8 @@ void Renderer::State::addLight(Subject& subject, const FrameRequest& request,
                                      .key = inputs.hash});
         return;
     }
-    if (lights.mustUpload(*subject.scene, light->scene)) {
+    lights.addShown(*subject.scene, light->scene);
+    if (!executor.holds(*light->scene)) {
         const Scene* const original[] = {subject.scene.get()};
         guarded([&] { executor.upload(light->scene, original); });
     }

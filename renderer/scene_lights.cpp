@@ -106,17 +106,15 @@ std::function<LightProgress()> SceneLights::now(std::uint64_t key) const {
     };
 }
 
-bool SceneLights::mustUpload(const Scene& original, const std::shared_ptr<const Scene>& refined) {
-    auto& uploaded = refined_.at(&original)->uploaded;
-    if (std::find(uploaded.begin(), uploaded.end(), refined) != uploaded.end()) return false;
-    uploaded.push_back(refined);
-    return true;
+void SceneLights::addShown(const Scene& original, const std::shared_ptr<const Scene>& refined) {
+    auto& shown = refined_.at(&original)->shown;
+    if (std::find(shown.begin(), shown.end(), refined) == shown.end()) shown.push_back(refined);
 }
 
 std::vector<const Scene*> SceneLights::replaced() const {
     std::vector<const Scene*> scenes;
     for (const auto& [original, refined] : refined_) {
-        if (!refined->uploaded.empty()) scenes.push_back(original);
+        if (!refined->shown.empty()) scenes.push_back(original);
     }
     return scenes;
 }
@@ -125,10 +123,10 @@ std::vector<std::shared_ptr<const Scene>> SceneLights::forget(const Scene& origi
     if (open_ && open_->scene.get() == &original) open_.reset();
     const auto found = refined_.find(&original);
     if (found == refined_.end()) return {};
-    std::vector<std::shared_ptr<const Scene>> uploaded = std::move(found->second->uploaded);
-    for (const auto& scene : uploaded) baker_->forget(*scene);
+    std::vector<std::shared_ptr<const Scene>> shown = std::move(found->second->shown);
+    for (const auto& scene : shown) baker_->forget(*scene);
     refined_.erase(found);
-    return uploaded;
+    return shown;
 }
 
 }  // namespace clerestory

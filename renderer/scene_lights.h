@@ -36,11 +36,12 @@ public:
     // See Frame::lightNow.
     std::function<LightProgress()> now(std::uint64_t key) const;
 
-    // Returns true once for each refined scene: it has to be uploaded.
-    bool mustUpload(const Scene& original, const std::shared_ptr<const Scene>& refined);
+    // Frames of the original scene show this refined one, which forget() returns.
+    void addShown(const Scene& original, const std::shared_ptr<const Scene>& refined);
     // The original scenes of which frames show a refined one.
     std::vector<const Scene*> replaced() const;
-    // Forgets the lights of an original scene. Returns its refined scenes that were uploaded.
+    // Forgets the lights of an original scene. Returns its refined scenes that were shown. Another
+    // original with the same light may show them, too, and uploads them again.
     std::vector<std::shared_ptr<const Scene>> forget(const Scene& original);
 
     std::uint64_t computed() const { return *computed_; }
@@ -56,7 +57,7 @@ private:
         std::shared_ptr<const Scene> scene;
         light::EdgeLengths edges;
         // On the renderer's thread; an earlier load of the scene may have made others.
-        std::vector<std::shared_ptr<const Scene>> uploaded;
+        std::vector<std::shared_ptr<const Scene>> shown;
     };
 
     // On any thread.

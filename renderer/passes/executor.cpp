@@ -43,6 +43,7 @@ void dropDriverReferences(PassResources& resources) {
         const gl::Texture texels = target(kLarge);
         draw(gl::Framebuffer({.color = &texels, .width = kLarge, .height = kLarge}));
         for (int place = 0; place < kPlaces; ++place) draw(small);
+        resources.noVertices.bind();  // the last array may have been deleted
         settleSamplers(resources);
         glFinish();
         draw(small);  // in the place of the larger picture

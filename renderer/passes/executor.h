@@ -66,6 +66,8 @@ public:
     void releaseScratch();
     // Whether run() has drawn a frame of it.
     bool hasShown(const Scene& scene) const { return shown_.contains(&scene); }
+    // Whether it is uploaded.
+    bool holds(const Scene& scene) const { return scenes_.contains(&scene); }
     void forgetMaps() { targets_.forgetResident(); }
     void forgetMaps(const Scene& scene) { targets_.forgetResident(scene); }
     // After a failed frame: releases everything except uploaded scenes, which are complete. The

@@ -189,6 +189,15 @@ TEST_F(History, ReleasedScratchTakesNoMemory) {
     EXPECT_LT(after - before, color) << "of " << kept - before << " MB";
 }
 
+// The vertex array that was bound last belonged to that scene.
+TEST_F(History, ScratchIsReleasedAfterTheLastScene) {
+    FrameRequest r = small("history of a scene that is removed");
+    renderer().render(r);
+    renderer().removeScene(r.scene);
+    renderer().releaseScratch();
+    EXPECT_NO_THROW(renderer().render(small("history of the next scene")));
+}
+
 // A frame that ends before one of its passes leaves complete maps or none.
 TEST_F(History, AnAbandonedFrameLeavesNoTrace) {
     FrameRequest r = small("history of abandoned frames");
