@@ -113,14 +113,11 @@ std::optional<Curve> Budgets::measured(const FrameRequest& request,
     // A picture without these effects is compared with a truth without them.
     const bool full = request.effects.shadows && request.effects.indirectLight;
     const ReferenceMode mode = full ? ReferenceMode::full : ReferenceMode::effects;
-    // All references of a curve show the same scene under the same maps.
-    const Scene scene = wholeScene(resources_.library, request);
-    const EnvironmentMaps maps = mapsFor(resources_.library.environments(), request);
     const auto trace = [&](const FrameRequest& frame,
                            std::uint32_t samples) -> std::optional<ReferenceImage> {
-        const auto truth = traceReference(maps, scene, frame, mode, samples, 1, [&](double share) {
-            return control.proceed(kCurveTracingShare * share);
-        });
+        const auto truth = traceReference(
+            resources_.library.environments(), wholeScene(resources_.library, frame), frame, mode,
+            samples, 1, [&](double share) { return control.proceed(kCurveTracingShare * share); });
         if (!truth) return std::nullopt;
         return truth->image;
     };

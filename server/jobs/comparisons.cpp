@@ -81,8 +81,8 @@ JobResult Comparisons::run(const ComparisonRequest& request, const JobControl& c
     std::optional<Scene> whole;
     const auto reference = references_.find(referenceKey(resources_, request), [&] {
         whole = wholeScene(resources_.library, request.frame);
-        return traceReference(mapsFor(resources_.library.environments(), request.frame), *whole,
-                              request.frame, request.mode, request.samples, request.seed,
+        return traceReference(resources_.library.environments(), *whole, request.frame,
+                              request.mode, request.samples, request.seed,
                               [&](double share) { return control.proceed(kTracingShare * share); });
     });
     if (!reference) return {};

@@ -228,7 +228,12 @@ Scene wholeScene(SceneLibrary& library, const FrameRequest& frame) {
     }
 }
 
-EnvironmentMaps mapsFor(EnvironmentLibrary& environments, const FrameRequest& frame) {
+std::shared_ptr<const ReferenceRender> traceReference(EnvironmentLibrary& environments,
+                                                      const Scene& scene, const FrameRequest& frame,
+                                                      ReferenceMode mode, std::uint32_t samples,
+                                                      std::uint64_t seed,
+                                                      const std::function<bool(double)>& progress) {
+    const auto start = Clock::now();
     EnvironmentMaps maps;
     for (const std::string& name : environments.names()) {
         maps[name] = environments.find(name);
@@ -236,15 +241,6 @@ EnvironmentMaps mapsFor(EnvironmentLibrary& environments, const FrameRequest& fr
     for (auto& map : environments.requireUploads(frame)) {
         maps[map->name] = std::move(map);
     }
-    return maps;
-}
-
-std::shared_ptr<const ReferenceRender> traceReference(const EnvironmentMaps& maps,
-                                                      const Scene& scene, const FrameRequest& frame,
-                                                      ReferenceMode mode, std::uint32_t samples,
-                                                      std::uint64_t seed,
-                                                      const std::function<bool(double)>& progress) {
-    const auto start = Clock::now();
     const auto lighting = maps.find(frame.environment.map.value_or(scene.environment));
     if (lighting == maps.end()) {
         throw InvalidRequest({{"/environment/map", "is not the name of a loaded map",

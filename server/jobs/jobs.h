@@ -130,14 +130,10 @@ struct JobCancelled {};
 // loading. Throws InvalidRequest if they are too large together.
 Scene wholeScene(SceneLibrary& library, const FrameRequest& frame);
 
-// The maps that a frame of this request may show: built-in ones, which are computed, those of files
-// and its uploads. Takes some tenths of a second.
-EnvironmentMaps mapsFor(EnvironmentLibrary& environments, const FrameRequest& frame);
-
-// The path-traced reference of a frame with these maps (mapsFor()) and of this scene, which is
-// wholeScene() of it. Null if `progress` returned false.
+// The path-traced reference of a frame of this scene, which is wholeScene() of it. Null if
+// `progress` returned false.
 // Throws InvalidRequest if the frame names an environment map that is not loaded.
-std::shared_ptr<const ReferenceRender> traceReference(const EnvironmentMaps& maps,
+std::shared_ptr<const ReferenceRender> traceReference(EnvironmentLibrary& environments,
                                                       const Scene& scene, const FrameRequest& frame,
                                                       ReferenceMode mode, std::uint32_t samples,
                                                       std::uint64_t seed,

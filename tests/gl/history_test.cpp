@@ -1,6 +1,7 @@
 // Earlier frames do not change a bit of a frame, for any difference between the two requests: every
 // accuracy knob, every switch, the environment, the materials, the camera.
 #include "room.h"
+#include "scene/import/sandbox/jail.h"
 
 #include <malloc.h>
 #include <glm/gtc/constants.hpp>
@@ -168,6 +169,7 @@ TEST_F(History, ReleasedScratchIsMadeAgain) {
 // hold others.
 TEST_F(History, ReleasedScratchTakesNoMemory) {
     if (!renderer().identity().software) GTEST_SKIP() << "textures are in the card's memory";
+    if (kSanitized) GTEST_SKIP() << "the allocator of a sanitizer has no such counts";
     const auto allocated = [] {
         const struct mallinfo2 info = mallinfo2();
         return static_cast<double>(info.uordblks + info.hblkhd) / (1 << 20);

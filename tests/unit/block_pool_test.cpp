@@ -22,6 +22,7 @@ namespace {
 
 constexpr std::size_t kBytes = 32 << 10;
 constexpr std::uint32_t kCount = 100;
+constexpr const char* kLargePages = "pages of this machine do not divide a block";
 
 // Null if pages of this machine do not divide a block.
 std::unique_ptr<BlockPool> openPool(GivenPages given) {
@@ -44,7 +45,7 @@ std::size_t residentPages(const BlockPool& pool, void* block) {
 
 TEST(BlockPool, UntouchedPagesOfAUsedBlockTakeNoMemory) {
     const auto pool = openPool(GivenPages::returned);
-    if (!pool) GTEST_SKIP() << "of the size of pages";
+    if (!pool) GTEST_SKIP() << kLargePages;
     void* const block = pool->take();
     EXPECT_EQ(residentPages(*pool, block), 0u);
     std::memset(block, 1, pool->blockBytes());
@@ -58,7 +59,7 @@ TEST(BlockPool, UntouchedPagesOfAUsedBlockTakeNoMemory) {
 
 TEST(BlockPool, KeepsPagesUntilTheyAreReleased) {
     const auto pool = openPool(GivenPages::kept);
-    if (!pool) GTEST_SKIP() << "of the size of pages";
+    if (!pool) GTEST_SKIP() << kLargePages;
     std::vector<void*> given;
     for (int i = 0; i < 5; ++i) given.push_back(pool->take());
     void* const held = pool->take();
@@ -79,7 +80,7 @@ TEST(BlockPool, KeepsPagesUntilTheyAreReleased) {
 
 TEST(BlockPool, BlocksAreDistinctAndLimited) {
     const auto pool = openPool(GivenPages::returned);
-    if (!pool) GTEST_SKIP() << "of the size of pages";
+    if (!pool) GTEST_SKIP() << kLargePages;
     std::set<void*> taken;
     while (void* const block = pool->take()) {
         ASSERT_TRUE(taken.insert(block).second);
@@ -98,7 +99,7 @@ TEST(BlockPool, BlocksAreDistinctAndLimited) {
 // another one releases the pages of the rest.
 TEST(BlockPool, ABlockBelongsToOneThreadAtATime) {
     const auto pool = openPool(GivenPages::kept);
-    if (!pool) GTEST_SKIP() << "of the size of pages";
+    if (!pool) GTEST_SKIP() << kLargePages;
     std::atomic<int> mixedUp = 0;
     std::vector<std::thread> threads;
     for (int number = 0; number < 8; ++number) {
@@ -130,7 +131,7 @@ constexpr std::size_t kShader = (32 << 10) - 16, kCommands = (64 << 10) + 16;  /
 class Allocator : public testing::Test {
 protected:
     void SetUp() override {
-        if (!openPool(GivenPages::kept)) GTEST_SKIP() << "of the size of pages";
+        if (!openPool(GivenPages::kept)) GTEST_SKIP() << kLargePages;
         shaderBlocks.open();
         commandBlocks.open();
     }
