@@ -34,6 +34,9 @@ struct RendererOptions {
     Computation display = Computation::automatic;  // tone mapping and edge filter
     LightOptions light;
     bool debugOutput = false;  // collect driver messages; see Renderer::driverMessages
+    // Materials that differ in their textures and vertex colours share programs: the same bytes
+    // after a shorter compilation, from slower frames.
+    bool fewPrograms = false;
     // Maximum number of samples that a frame shades (plan/graph/work.h); 0: no limit.
     std::uint64_t maxShadedSamples = 0;
     // Called on the renderer's thread when a frame or an upload detects that the GPU was reset, if
@@ -186,6 +189,11 @@ public:
     // Frees the driver's tables for compiling shaders (7 MB). The next program fills them again
     // within milliseconds.
     void releaseCompiler();
+
+    // Whether the programs of a scene were probably never compiled on this machine; false when it
+    // is added. While it is true for any scene, other contexts find what this one compiles for new
+    // programs, but programs that are in the driver's cache take longer.
+    void expectCompilation(const std::string& scene, bool expected);
 
     // Compiles the programs of these frames in advance by drawing them into small targets, in steps
     // between which frames can be drawn:

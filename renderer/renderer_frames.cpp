@@ -70,7 +70,8 @@ Renderer::State::State(const RendererOptions& options)
               .rays = raysOf(options.rays, identity.software),
               .maxRecordSamples = identity.maxIntegerSamples,
               .display = onProcessor(options.display, identity.software) ? Storage::processor
-                                                                         : Storage::driver}),
+                                                                         : Storage::driver,
+              .fewPrograms = options.fewPrograms}),
       maxShadedSamples(options.maxShadedSamples),
       onReset(options.onReset),
       beforeDrawing(options.beforeDrawing),
@@ -130,7 +131,17 @@ void Renderer::addScene(Scene added) {
     state_->scenes[scene->id] = {scene, ++state_->generations, isConvex(*scene, restPose(*scene))};
 }
 
+void Renderer::expectCompilation(const std::string& scene, bool expected) {
+    if (expected) {
+        state_->toBeCompiled.insert(scene);
+    } else {
+        state_->toBeCompiled.erase(scene);
+    }
+    state_->context.firstUse().programsAreNew = !state_->toBeCompiled.empty();
+}
+
 void Renderer::removeScene(const std::string& id) {
+    expectCompilation(id, false);
     const auto found = state_->scenes.find(id);
     if (found == state_->scenes.end()) return;
     state_->context.makeCurrent();

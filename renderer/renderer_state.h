@@ -15,6 +15,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -121,7 +122,8 @@ struct Renderer::State {
         bool convex = false;
     };
     std::map<std::string, Loaded> scenes;
-    std::uint64_t generations = 0;  // calls of addScene()
+    std::uint64_t generations = 0;       // calls of addScene()
+    std::set<std::string> toBeCompiled;  // scenes; see Renderer::expectCompilation()
     const Loaded& loaded(const std::string& id, const std::string& pointer) const;
     // The scene of the request before it changes nodes: a loaded one, or several in one.
     std::shared_ptr<const Scene> wholeOf(const FrameRequest& request);

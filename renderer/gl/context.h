@@ -33,6 +33,8 @@ class FirstUse {
 public:
     // Called on the context's thread with true before and with false after each compilation.
     std::function<void(bool begins)> whenCompiling;
+    // The driver has probably cached none of the next programs; see ProgramDescription::loadBinary.
+    bool programsAreNew = false;
 
     const CompileCounters& counters() const { return counters_; }
 

@@ -44,7 +44,9 @@ Name linked(const ProgramDescription& d) {
     glDeleteShader(fragment);
     GLint ok = 0, length = 0;
     glGetProgramiv(program, GL_LINK_STATUS, &ok);
-    if (ok && d.loadBinary && Context::current().capabilities().software) {
+    const Context& context = Context::current();
+    if (ok && (d.loadBinary || context.firstUse().programsAreNew) &&
+        context.capabilities().software) {
         replaceByBinary(program);
         glGetProgramiv(program, GL_LINK_STATUS, &ok);
     }

@@ -29,10 +29,11 @@ struct ProgramDescription {
     std::string name;  // for debuggers and error messages
     const VertexShader& vertex;
     std::string fragmentSource;
-    // For a program with nested loops: llvmpipe compiles other code for it when it was linked than
-    // when it came from the driver's cache, so that the next process would compile it again. With
-    // this, a linked program is replaced by its own binary, which is what the cache holds. Other
-    // drivers ignore it.
+    // llvmpipe does not find code that it compiled for a program that was linked when the program
+    // comes from the driver's cache, in another context or process, and compiles it again. With
+    // this, and while FirstUse::programsAreNew, a linked program is replaced by its own binary,
+    // which is what the cache holds; that takes as long as to link a program from the cache. For a
+    // program with nested loops the code is another one, too. Other drivers ignore it.
     bool loadBinary = false;
 };
 

@@ -121,7 +121,9 @@ std::uint32_t DrawStream::add(const std::vector<Draw>& draws) {
         DrawRecord record = instanceData(draw.instance).record;
         record.normalFromModel[0].w = static_cast<float>(firstLight(
             {draw.lights.indices.begin(), draw.lights.indices.begin() + draw.lights.count}));
-        record.normalFromModel[1].w = static_cast<float>(draw.lights.count);
+        const bool hasColors = scene_->meshes[scene_->instances[draw.instance].mesh].hasColors;
+        record.normalFromModel[1].w =
+            static_cast<float>(draw.lights.count) + (hasColors ? 0.0f : 0.5f);
         if (draw.label) record.normalFromModel[2].w = static_cast<float>(*draw.label);
         if (surfaceLight_) record.normalFromModel[2].w = firstLightValue(draw.instance);
         recordData_.push_back(record);

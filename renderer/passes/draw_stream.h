@@ -17,8 +17,7 @@ namespace clerestory {
 // Vertex attributes with divisor 1 of one draw.
 struct DrawRecord {
     glm::vec4 eyeFromModel[3];     // rows
-    glm::vec4 normalFromModel[3];  // rows; w: first light, number of lights, and one of: first
-                                   // value of light at vertices, object id, Draw::label
+    glm::vec4 normalFromModel[3];  // rows; w: drawNumbers in surface_varyings.glsl
 };
 static_assert(sizeof(DrawRecord) == 96);
 

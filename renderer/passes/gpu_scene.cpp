@@ -59,10 +59,10 @@ gl::Texture uploaded(const TextureImage& image) {
 }
 
 // White, and to a driver that compiles shaders for kinds of textures of the same kind as `image`:
-// whether edges are powers of two, and whether there are smaller levels.
+// its format, whether edges are powers of two, and whether there are smaller levels.
 gl::Texture whiteTextureLike(const TextureImage& image) {
     const bool powers = std::has_single_bit(image.width) && std::has_single_bit(image.height);
-    TextureImage white{.width = powers ? 2u : 3u};
+    TextureImage white{.width = powers ? 2u : 3u, .colorSpace = image.colorSpace};
     white.height = white.width;
     white.levels = image.levels > 1 ? 2 : 1;
     white.texels.assign(4 * (9 + 1), 255);

@@ -22,7 +22,7 @@ gl::Texture brdfTexture() {
     gl::Texture texture({.format = gl::TextureFormat::rg16f,
                          .width = kEnvironmentBrdfSize,
                          .height = kEnvironmentBrdfSize});
-    const std::vector<glm::vec2> table = environmentBrdfTable(kEnvironmentBrdfSize);
+    const std::vector<glm::vec2>& table = environmentBrdfTable();
     texture.upload(0, 0, std::as_bytes(std::span(table)));
     return texture;
 }

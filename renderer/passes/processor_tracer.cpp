@@ -11,7 +11,7 @@
 namespace clerestory {
 
 ProcessorTracer::ProcessorTracer(const GpuScene& scene)
-    : scene_(scene), texels_(scene.texels()), brdf_(environmentBrdfTable(kEnvironmentBrdfSize)) {}
+    : scene_(scene), texels_(scene.texels()) {}
 
 void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
     const Scene& scene = scene_.scene();
@@ -119,7 +119,7 @@ rays::Surroundings ProcessorTracer::sceneAround(const FramePlan& plan, DrawStrea
             .lights = draws.lightRows(),
             .environment = cubeOf(environment),
             .environmentIntensity = plan.environmentIntensity,
-            .brdf = brdf_,
+            .brdf = environmentBrdfTable(),
             .brdfSize = kEnvironmentBrdfSize,
             .hitFeatures = rays_.hitFeatures};
 }

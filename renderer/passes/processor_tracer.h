@@ -73,7 +73,6 @@ private:
     std::vector<glm::vec4> materials_;  // then the textures
     std::size_t firstTextureRow_ = 0;
     std::vector<Vertex> vertices_;  // in the pose; empty if no mesh deforms
-    std::vector<glm::vec2> brdf_;
     gl::Buffer block_;
     rays::CubeMap cube_;
     rays::ShadowMap depths_;

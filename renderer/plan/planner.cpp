@@ -50,6 +50,7 @@ FramePlan planOf(const FrameContext& context, const FrameRequest& request,
     plan.height = request.height;
     plan.channel = request.output.channel;
     plan.layer = request.output.layer;
+    plan.fewPrograms = context.limits.fewPrograms;
     plan.transparent = plan.channel == Channel::color && isTransparent(request.background);
     plan.anisotropy = settings.accuracy.anisotropy;
     plan.environment = context.environment.name;
@@ -237,7 +238,8 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
                       .surfaceLight = plan.surfaceLight,
                       .surfaces = surfaces,
                       .lights = plan.lights,
-                      .environment = context.environment};
+                      .environment = context.environment,
+                      .fewPrograms = context.limits.fewPrograms};
     ViewTask frame{.view = requestedView(request.camera, context.scene, context.pose, request.width,
                                          request.height),
                    .width = request.width,

@@ -256,4 +256,9 @@ std::vector<glm::vec2> environmentBrdfTable(std::uint32_t size) {
     return table;
 }
 
+const std::vector<glm::vec2>& environmentBrdfTable() {
+    static const std::vector<glm::vec2> table = environmentBrdfTable(kEnvironmentBrdfSize);
+    return table;
+}
+
 }  // namespace clerestory

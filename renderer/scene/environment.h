@@ -79,7 +79,8 @@ glm::vec2 environmentBrdf(float nDotV, float roughness);
 // j / (size - 1). The edges are exact and grazing angles have more columns. Sample bilinearly,
 // clamped to the edge, at environmentBrdfCoordinate() of optics.glsl. size is at least 2.
 std::vector<glm::vec2> environmentBrdfTable(std::uint32_t size);
-// `size` of the table that surfaces are shaded with, as kBrdfSize in lighting.glsl.
+// The table that surfaces are shaded with, computed once; its size is kBrdfSize in lighting.glsl.
 inline constexpr std::uint32_t kEnvironmentBrdfSize = 32;
+const std::vector<glm::vec2>& environmentBrdfTable();
 
 }  // namespace clerestory

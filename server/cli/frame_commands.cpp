@@ -167,7 +167,9 @@ Prepared prepare(const CommandLine& line, bool oneFrame = false) {
         maps = environmentsOf(line, p.request);
         return sceneFor(line, maps);
     });
-    p.renderer = std::make_unique<Renderer>(line.config.renderer);
+    RendererOptions options = line.config.renderer;
+    options.fewPrograms = compilesFast();
+    p.renderer = std::make_unique<Renderer>(options);
     Scene scene = loading.get();
     scene.id = p.request.scene = "scene";
     FrameRequest kind = p.request;  // frames that differ only in this use nearly the same programs
@@ -176,13 +178,12 @@ Prepared prepare(const CommandLine& line, bool oneFrame = false) {
     kind.output = {};
     kind.width = kind.height = 1;
     p.compiledMark = "frame of " + std::to_string(scene.contentHash) + '\n' + canonicalText(kind);
-    if (oneFrame && !compiledBefore(p.compiledMark) &&
-        CompileAhead::helps(p.renderer->identity())) {
+    const bool isNew = oneFrame && !compiledBefore(p.compiledMark);
+    if (isNew && CompileAhead::helps(p.renderer->identity())) {
         std::vector<std::shared_ptr<const EnvironmentMap>> list;
         for (const auto& [name, map] : maps) list.push_back(map);
-        p.compileAhead =
-            std::make_unique<CompileAhead>(line.config.renderer, copyWithoutTexels(scene),
-                                           std::move(list), std::vector{p.request});
+        p.compileAhead = std::make_unique<CompileAhead>(options, copyWithoutTexels(scene),
+                                                        std::move(list), std::vector{p.request});
     }
     for (const auto& [name, map] : maps) p.renderer->addEnvironment(map);
     if (p.request.accuracy.isBudget()) {
@@ -191,6 +192,7 @@ Prepared prepare(const CommandLine& line, bool oneFrame = false) {
         return p;
     }
     p.renderer->addScene(std::move(scene));
+    p.renderer->expectCompilation(p.request.scene, isNew);
     return p;
 }
 

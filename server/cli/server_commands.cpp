@@ -38,6 +38,7 @@ void compileScene(const CommandLine& line, Renderer& renderer, const std::string
                                                frames);
     }
     renderer.addScene(std::move(scene));
+    renderer.expectCompilation(source, true);
     const RendererCounters before = renderer.counters();
     WarmUp warmUp = renderer.beginWarmUp(frames);
     while (renderer.advance(warmUp)) {

@@ -68,7 +68,9 @@ void CompileAhead::run(RendererOptions options, Scene scene,
         Renderer renderer(options);
         for (const auto& map : maps) renderer.addEnvironment(map);
         for (TextureImage& image : scene.images) makeSmall(image);
+        const std::string id = scene.id;
         renderer.addScene(std::move(scene));
+        renderer.expectCompilation(id, true);
         WarmUp warmUp = renderer.beginWarmUp(frames);
         while (!stopping_ && proceed() && renderer.advance(warmUp, true)) {
         }

@@ -97,8 +97,8 @@ private:
     void load(const Entry& entry);
     void setFailed(const Entry& entry, const std::exception& error);
     void warmUp(const Scene& known, std::optional<Scene> copy);
-    std::future<std::uint64_t> addToRenderer(const Entry& entry,
-                                             const std::shared_ptr<Scene>& full);
+    std::future<std::uint64_t> addToRenderer(const Entry& entry, const std::shared_ptr<Scene>& full,
+                                             bool isNew);
     bool waitFor(const std::future<std::uint64_t>& work);
     void setReady(const Entry& entry, const std::shared_ptr<const Scene>& known,
                   std::size_t vertices, std::uint64_t sharedBytes);

@@ -76,7 +76,7 @@ void SceneLibrary::load(const Entry& entry) {
         const std::size_t vertices = full->vertices.size();
         std::optional<Scene> copy;
         if (WarmUps::needsCopy(*full)) copy = copyWithoutTexels(*full);
-        std::future<std::uint64_t> taken = addToRenderer(entry, full);
+        std::future<std::uint64_t> taken = addToRenderer(entry, full, copy.has_value());
         if (!taken.valid() || !waitFor(taken)) return;
         setReady(entry, known, vertices, taken.get());
         warmUp(*known, std::move(copy));
@@ -88,9 +88,10 @@ void SceneLibrary::load(const Entry& entry) {
 }
 
 // The bytes of the meshes that the renderer shares, when it has the scene. Not valid if the scene
-// was deleted.
+// was deleted. isNew: its programs were never compiled.
 std::future<std::uint64_t> SceneLibrary::addToRenderer(const Entry& entry,
-                                                       const std::shared_ptr<Scene>& full) {
+                                                       const std::shared_ptr<Scene>& full,
+                                                       bool isNew) {
     const SceneBytes bytes = bytesOf(*full);
     const std::lock_guard lock(mutex_);
     if (entry->isDeleted) {
@@ -101,10 +102,12 @@ std::future<std::uint64_t> SceneLibrary::addToRenderer(const Entry& entry,
     makeRoom(bytes.total());
     entry->status.bytes = bytes;
     loadedBytes_ += bytes.total();
-    auto add =
-        std::make_shared<std::packaged_task<std::uint64_t(Renderer&)>>([full](Renderer& renderer) {
+    auto add = std::make_shared<std::packaged_task<std::uint64_t(Renderer&)>>(
+        [full, isNew](Renderer& renderer) {
             const std::uint64_t before = renderer.counters().bytesShared;
+            const std::string id = full->id;
             renderer.addScene(std::move(*full));
+            renderer.expectCompilation(id, isNew);
             malloc_trim(0);  // loading a large scene fragments the heap
             return renderer.counters().bytesShared - before;
         });

@@ -8,7 +8,9 @@
 namespace clerestory {
 
 struct WarmUps::Task {
+    std::string scene;
     std::vector<FrameRequest> frames;
+    std::size_t planned = 0;          // of `frames`
     std::vector<FrameRequest> later;  // last ones first
     std::function<void()> whenFinished;
     std::optional<WarmUp> warmUp;  // used on the renderer's thread
@@ -40,6 +42,7 @@ void WarmUps::begin(const Scene& scene, std::optional<Scene> copy,
                     std::vector<std::shared_ptr<const EnvironmentMap>> maps,
                     std::function<void()> whenFinished) {
     auto task = std::make_shared<Task>();
+    task->scene = scene.id;
     task->frames = firstFramesOf(scene);
     // A process that compiles without optimisation is replaced soon.
     if (queue_.identity().software && !compilesFast()) {
@@ -79,8 +82,9 @@ void WarmUps::forget(const std::string& scene) {
 
 // One step, on the renderer's thread. Returns whether steps are left.
 bool WarmUps::advance(Task& task, Renderer& renderer) {
-    if (!task.warmUp) {
-        task.warmUp = renderer.beginWarmUp(task.frames);
+    if (!task.warmUp) task.warmUp = renderer.beginWarmUp({});
+    if (task.planned < task.frames.size()) {
+        renderer.extend(*task.warmUp, task.frames[task.planned++]);
         task.total = task.warmUp->total();
         return true;
     }
@@ -89,6 +93,7 @@ bool WarmUps::advance(Task& task, Renderer& renderer) {
     if (more) return true;
     if (!task.finished) {
         task.finished = true;
+        renderer.expectCompilation(task.scene, false);
         task.whenFinished();
     }
     if (task.later.empty()) {

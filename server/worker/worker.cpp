@@ -250,6 +250,7 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
     try {
         endWithoutMemory();
         LocalBackendOptions own = given;
+        own.renderer.fewPrograms = compilesFast();
         own.renderer.onReset = [] {
             logCritical({"the GPU was reset: this renderer ends"});
             std::_Exit(4);

@@ -22,9 +22,13 @@ vec2 texCoordOf(int slot) {
     return texCoordBy(material.texCoordRows[2 * slot], material.texCoordRows[2 * slot + 1]);
 }
 vec4 baseColorAt() {
-    vec4 color = material.baseColor;
+    precise vec4 color = material.baseColor;  // the same in programs with more and fewer features
     if (has(FEATURE_BASE_COLOR_MAP)) color *= texture(baseColorMap, texCoordOf(UNIT_BASE_COLOR));
-    if (has(FEATURE_VERTEX_COLOR)) color *= vertexColor;
+    // Interpolated, white is not always exactly 1.
+    if (has(FEATURE_VERTEX_COLOR) && viewHas(VIEW_SHARED_PROGRAMS))
+        color *= fract(drawNumbers.y) > 0.0f ? vec4(1.0f) : vertexColor;
+    else if (has(FEATURE_VERTEX_COLOR))
+        color *= vertexColor;
     return color;
 }
 
@@ -36,7 +40,7 @@ vec3 materialNumbers() {
 
 // Metallic, roughness.
 vec2 metallicRoughnessAt() {
-    vec2 metallicRoughness = materialNumbers().xy;
+    precise vec2 metallicRoughness = materialNumbers().xy;
     if (has(FEATURE_METALLIC_ROUGHNESS_MAP)) {
         // Packed, it is the picture that the normal is read from: one fetch for both.
         metallicRoughness *=
@@ -108,7 +112,7 @@ float occlusionAt() {
 
 vec3 emittedAt() {
     if (!has(FEATURE_EMISSION)) return vec3(0.0f);
-    vec3 emitted = material.emissive.rgb;
+    precise vec3 emitted = material.emissive.rgb;
     if (has(FEATURE_EMISSIVE_MAP)) emitted *= texture(emissiveMap, texCoordOf(UNIT_EMISSIVE)).rgb;
     return emitted;
 }

@@ -14,7 +14,9 @@ VARYING vec4 lightVisible;
 VARYING vec3 lightNearby;
 VARYING vec2 lightSides;
 flat VARYING float modelScale;  // metres for each unit of the mesh's space
-flat VARYING vec3 drawNumbers;  // first light, number of lights, object id or what it is seen as
+// First light; number of lights, with a half added if the mesh has no colours; object id or what it
+// is seen as.
+flat VARYING vec3 drawNumbers;
 
 // With several samples per pixel, the pixel's centre may lie outside of the triangle, and in front of
 // the body in which rays must start. Such surfaces use direction of view and normal of a covered sample.

@@ -50,6 +50,63 @@ TEST_F(Counts, ClientMemoryScenesAreNotModified) {
     EXPECT_EQ(renderer().render(r).image.data, first.data);
 }
 
+// One body for each feature that RendererOptions::fewPrograms shares, under a light and a sky.
+Scene bodiesOfAllTextures() {
+    Scene scene;
+    scene.environment = "sky";
+    const Index colors = addTexture2x2(
+        scene, {{{255, 40, 90, 255}, {20, 200, 10, 255}, {7, 70, 250, 255}, {99, 9, 180, 255}}},
+        Wrap::repeat);
+    const Index numbers = addTexture2x2(
+        scene,
+        {{{255, 90, 0, 255}, {255, 130, 255, 255}, {255, 220, 30, 255}, {255, 60, 200, 255}}},
+        Wrap::repeat);
+    Material plain{.name = "plain",
+                   .baseColor = {0.7f, 0.31f, 0.53f, 1.0f},
+                   .metallic = 0.3f,
+                   .roughness = 0.61f,
+                   .emissive = {0.01f, 0.02f, 0.03f}};
+    std::vector<Material> materials(6, plain);
+    materials[1].baseColorTexture.texture = colors;
+    materials[2].baseColorTexture = {.texture = colors, .scale = {3.0f, 2.0f}};
+    materials[3].emissiveTexture = {.texture = colors, .texCoord = 1};
+    materials[4].metallicRoughnessTexture.texture = numbers;
+    materials[5].metallic = 0.0f;
+    materials[5].roughness = 0.95f;
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+        for (const bool colored : {false, true}) {
+            MeshDraft body = sphere(0.22f, 12, addMaterial(scene, materials[i]));
+            for (Vertex& v : body.vertices) {
+                if (colored) v.color = glm::vec4(0.5f * v.normal + 0.5f, 1.0f);
+            }
+            place(scene, std::move(body),
+                  moved(0.5 * static_cast<double>(i) - 1.25, colored ? 0.4 : -0.4, -0.3));
+        }
+    }
+    addLight(scene, {.kind = LightKind::point, .intensity = glm::vec3(30.0f)}, moved(0.4, 0.5, 2.5));
+    return scene;
+}
+
+// Materials share programs without other bytes, to the last digit of linear colour.
+TEST_F(Counts, FewProgramsDrawTheSameBytes) {
+    FrameRequest r = request(bodiesOfAllTextures(), "textures");
+    r.width = r.height = 200;
+    std::vector<Image> images;
+    std::vector<std::uint64_t> programs;
+    for (const bool few : {false, true}) {
+        Renderer own({.debugOutput = true, .fewPrograms = few});
+        Scene scene = bodiesOfAllTextures();
+        updateContentHash(scene);
+        scene.id = "textures";
+        own.addScene(std::move(scene));
+        images.push_back(own.render(r).image);
+        programs.push_back(own.counters().programsMade);
+        EXPECT_EQ(own.driverMessages(), std::vector<std::string>{});
+    }
+    EXPECT_EQ(differing(images[0], images[1]), 0u);
+    EXPECT_LE(programs[1] + 5, programs[0]);
+}
+
 // Every kind of pass, in one frame and in the next: what the plan counts is what was drawn.
 TEST_F(Counts, MatchThePlanForEveryKindOfPass) {
     Scene scene;

@@ -83,8 +83,8 @@ TEST(CommandLine, ShaderCompilationModeDoesNotChangeTheBytes) {
     }
 }
 
-// llvmpipe has compiled variants again for what an earlier draw had left behind, and for pictures
-// whose edges are powers of two.
+// llvmpipe has compiled variants again for what an earlier draw had left behind, for pictures whose
+// edges are powers of two, and for programs that came from its cache.
 TEST(CommandLine, ASecondRunCompilesNothing) {
     const std::string folder = outputFile("shader-cache");
     std::filesystem::remove_all(folder);
@@ -97,9 +97,7 @@ TEST(CommandLine, ASecondRunCompilesNothing) {
         bytes.push_back(bytesIn(folder));
     }
     EXPECT_GT(bytes[0], 0u);
-    EXPECT_EQ(bytes[1], bytes[2]);
-    EXPECT_EQ(bytes[1], bytes[3]);
-    EXPECT_EQ(bytes[1], bytes[4]);
+    EXPECT_THAT(bytes, testing::Each(bytes[0]));
 }
 
 // The small passes of a warm-up must give the driver the same cases as frames do. When the edges of

@@ -26,6 +26,7 @@ struct DeviceLimits {
     Rays rays = Rays::shader;
     std::uint32_t maxRecordSamples = 4;  // of records of rays
     Storage display = Storage::driver;   // where tone mapping and the edge filter work
+    bool fewPrograms = false;            // see RendererOptions::fewPrograms
     bool operator==(const DeviceLimits&) const = default;
 };
 

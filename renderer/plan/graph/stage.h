@@ -24,6 +24,7 @@ struct Stage {
     std::span<const Surface> surfaces;
     std::vector<PlacedLight> lights;
     const EnvironmentMap& environment;
+    bool fewPrograms = false;  // DeviceLimits::fewPrograms
 
     const Material& material(const Surface& s) const {
         return materials.material(scene, s.material);

@@ -25,6 +25,7 @@ std::uint32_t viewBits(const FramePlan& plan, const View& view, bool coverage, b
     std::uint32_t bits = 0;
     if (view.orthographic) bits |= VIEW_ORTHOGRAPHIC;
     if (coverage) bits |= VIEW_COVERAGE;
+    if (plan.fewPrograms) bits |= VIEW_SHARED_PROGRAMS;
     if (surfaceLight) bits |= VIEW_SURFACE_LIGHT;
     if (plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS | kindOfShadows(plan);
     if (plan.shadowSamples > 0) bits |= VIEW_SHADOWS_SOFT;

@@ -140,18 +140,32 @@ Features glassTextures(const Material& m) {
 // add 0.
 constexpr Features kShared = FEATURE_OCCLUSION_MAP | FEATURE_EMISSION;
 
+// The same where few programs matter more than fast ones. The bytes of frames are those of separate
+// programs: white textures are exactly 1, identity transforms return their argument.
+constexpr Features kSharedByFew =
+    kShared | FEATURE_BASE_COLOR_MAP | FEATURE_METALLIC_ROUGHNESS_MAP | FEATURE_EMISSIVE_MAP |
+    FEATURE_VERTEX_COLOR | FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD;
+
 // The features of a draw's program. `ofAll`, `ofGlass`: those that all surfaces and all glass
 // share. TransmissionTest draws 8 programs instead of 22, the chapel 12 instead of 15.
 Features programFeatures(Features f, Features ofAll, Features ofGlass) {
     if (f & FEATURE_UNLIT) return f;
-    f |= ofAll;
-    if (!(f & (FEATURE_GLASS | FEATURE_TRACED_GLASS))) return f;
-    f &= ~FEATURE_OCCLUSION_MAP;  // occludes diffuse light only, which glass does not have
-    // Normal maps without other numbers are shaded differently; see surface.frag.
-    if (!(f & FEATURE_NORMAL_MAP)) f &= ~FEATURE_DEFAULT_NUMBERS;
+    Features shared = ofAll;
+    if (f & (FEATURE_GLASS | FEATURE_TRACED_GLASS)) {
+        shared |= ofGlass;
+        // Occludes diffuse light only, which glass does not have.
+        shared &= ~FEATURE_OCCLUSION_MAP;
+        f &= ~FEATURE_OCCLUSION_MAP;
+    }
     // Such a normal map holds another material's metallic and roughness.
     const bool foreign = (f & FEATURE_PACKED_NORMAL) && !(f & FEATURE_METALLIC_ROUGHNESS_MAP);
-    return f | (foreign ? ofGlass & ~FEATURE_METALLIC_ROUGHNESS_MAP : ofGlass);
+    if (foreign) shared &= ~FEATURE_METALLIC_ROUGHNESS_MAP;
+    f |= shared;
+    // Normal maps without other numbers are shaded differently; see surface.frag.
+    const bool sharesNumbers =
+        f & (FEATURE_GLASS | FEATURE_TRACED_GLASS) || (shared & FEATURE_METALLIC_ROUGHNESS_MAP);
+    if (sharesNumbers && !(f & FEATURE_NORMAL_MAP)) f &= ~FEATURE_DEFAULT_NUMBERS;
+    return f;
 }
 
 struct OrderedDraw {
@@ -309,7 +323,7 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
         const Instance& instance = scene.instances[surface.instance];
         const Mesh& mesh = scene.meshes[instance.mesh];
         const Features features = materialFeatures(scene, material, mesh, stage.settings.effects);
-        result.sharedFeatures |= features & kShared;
+        result.sharedFeatures |= features & (stage.fewPrograms ? kSharedByFew : kShared);
         if (surface.glass != Glass::none) result.glassFeatures |= glassTextures(material);
         if (std::binary_search(hidden.begin(), hidden.end(), i)) continue;
         result.clusters += surface.clusterCount;

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <thread>
 
 namespace clerestory::shapes {
 namespace {
@@ -278,20 +279,32 @@ float noise(float x, float y, int period, int octaves, std::uint32_t seed) {
     return sum / total;
 }
 
+constexpr std::uint32_t kRowsForTwo = 32;  // more rows are divided between two threads
+
 Index add(Scene& scene, std::string name, std::uint32_t width, std::uint32_t height,
           ColorSpace space, const std::function<glm::vec4(float u, float v)>& color) {
     TextureImage image{
         .name = std::move(name), .width = width, .height = height, .colorSpace = space};
-    image.texels.reserve(4ull * width * height);
-    for (std::uint32_t y = 0; y < height; ++y) {
-        for (std::uint32_t x = 0; x < width; ++x) {
-            const glm::vec4 c = color((static_cast<float>(x) + 0.5f) / static_cast<float>(width),
-                                      (static_cast<float>(y) + 0.5f) / static_cast<float>(height));
-            for (int i = 0; i < 4; ++i) {
-                const double level = 255.0f * glm::clamp(c[i], 0.0f, 1.0f);
-                image.texels.push_back(static_cast<std::uint8_t>(level + 0.5));
+    image.texels.resize(4ull * width * height);
+    const auto fill = [&](std::uint32_t firstRow, std::uint32_t endRow) {
+        std::uint8_t* texel = &image.texels[4ull * width * firstRow];
+        for (std::uint32_t y = firstRow; y < endRow; ++y) {
+            for (std::uint32_t x = 0; x < width; ++x) {
+                const glm::vec4 c =
+                    color((static_cast<float>(x) + 0.5f) / static_cast<float>(width),
+                          (static_cast<float>(y) + 0.5f) / static_cast<float>(height));
+                for (int i = 0; i < 4; ++i) {
+                    const double level = 255.0f * glm::clamp(c[i], 0.0f, 1.0f);
+                    *texel++ = static_cast<std::uint8_t>(level + 0.5);
+                }
             }
         }
+    };
+    if (height < kRowsForTwo) {
+        fill(0, height);
+    } else {
+        const std::jthread other(fill, 0, height / 2);
+        fill(height / 2, height);
     }
     buildLevels(image);
     scene.images.push_back(std::move(image));

@@ -69,7 +69,8 @@ float noise(float x, float y, int period, int octaves, std::uint32_t seed);
 float hash(std::uint32_t x, std::uint32_t y, std::uint32_t seed);
 
 // Evaluates `color` at texel centres (u, v in 0..1, v downwards) and builds the mip levels. `color`
-// is in the encoding of the texture: sRGB codes / 255 for ColorSpace::srgb.
+// is in the encoding of the texture: sRGB codes / 255 for ColorSpace::srgb. It is called from two
+// threads at once.
 Index add(Scene& scene, std::string name, std::uint32_t width, std::uint32_t height,
           ColorSpace space, const std::function<glm::vec4(float u, float v)>& color);
 
