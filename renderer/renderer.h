@@ -185,6 +185,9 @@ public:
     // frame shows, and maps of meshes that were refined since. The next frame makes what it needs
     // again.
     void releaseScratch();
+    // Frees the compiled programs. The next frame makes its own again, of which a driver with a
+    // cache compiles none.
+    void releasePrograms();
 
     // Frees the driver's tables for compiling shaders (7 MB). The next program fills them again
     // within milliseconds.

@@ -358,6 +358,11 @@ void Renderer::releaseScratch() {
     state_->executor.releaseScratch();
 }
 
+void Renderer::releasePrograms() {
+    state_->context.makeCurrent();
+    state_->executor.releasePrograms();
+}
+
 void Renderer::releaseCompiler() {
     state_->context.makeCurrent();
     gl::releaseShaderCompiler();

@@ -38,6 +38,12 @@ public:
 
     const CompileCounters& counters() const { return counters_; }
 
+    // Call when programs were deleted: the names of later ones may be the same.
+    void forgetPipelines() {
+        seen_.clear();
+        known_ = false;
+    }
+
     // What the next draw uses. `state` and `target`: any numbers that are equal for equal state.
     void setProgram(std::uint32_t name) { set(program_, name); }
     void setState(std::uint32_t state) { set(state_, state); }

@@ -75,7 +75,7 @@ void Executor::recover() {
     maps_.clear();
     lights_.clear();
     targets_ = TargetPool();
-    resources_.shaders = ShaderLibrary();
+    releasePrograms();
     resources_.samplers = SamplerCache();
     resources_.lensLookups = LensLookups();
     for (auto& [scene, uploaded] : scenes_) uploaded.forgetPose();
@@ -168,6 +168,11 @@ void Executor::releaseScratch() {
     std::vector<std::uint64_t>().swap(resources_.radiance);
     targets_.forgetTransient();
     dropDriverReferences(resources_);
+}
+
+void Executor::releasePrograms() {
+    resources_.shaders = ShaderLibrary();
+    gl::Context::current().firstUse().forgetPipelines();
 }
 
 void Executor::forget(const Scene& scene) {

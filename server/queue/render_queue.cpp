@@ -50,6 +50,10 @@ FrameRequest canaryRequest() {
     return request;
 }
 
+std::uint64_t objectsOf(const RendererCounters& counters) {
+    return counters.programsMade + counters.texturesMade + counters.buffersMade;
+}
+
 }  // namespace
 
 void SamplePrice::update(std::uint64_t samples, double seconds) {
@@ -327,24 +331,35 @@ void RenderQueue::serveBackground(Renderer& renderer, std::unique_lock<std::mute
 // 90 MB after an empty shader cache. Frames that create no objects do not need that again.
 void RenderQueue::releaseIdleMemory(Renderer& renderer, std::unique_lock<std::mutex>& lock) {
     const RendererCounters now = renderer.counters();
-    const std::uint64_t objects = now.programsMade + now.texturesMade + now.buffersMade;
-    const bool hasMade = std::exchange(objectsMade_, objects) != objects;
+    const bool hasMade = std::exchange(objectsMade_, objectsOf(now)) != objectsOf(now);
     // Triangles, because a canary frame has none and keeps nothing.
-    if (std::exchange(trianglesDrawn_, now.triangles) != now.triangles || hasMade) {
+    const bool hasDrawn = std::exchange(trianglesDrawn_, now.triangles) != now.triangles;
+    if (hasDrawn) programsReleased_ = false;
+    if (hasDrawn || hasMade) {
         idleSince_ = Clock::now() - kIdleTime;
         resting_ = false;
     }
     const bool rests = !resting_ && Clock::now() - idleSince_ >= kRestTime;
     if (!hasMade && !rests) return;
+    // Once: a canary frame makes a few again.
+    const bool releasesPrograms = standby_ && !programsReleased_ && renderer.identity().software;
     lock.unlock();
     if (rests) {
+        if (releasesPrograms) renderer.releasePrograms();
+        programsReleased_ = programsReleased_ || releasesPrograms;
         renderer.releaseScratch();
         resting_ = true;
-        objectsMade_ += renderer.counters().texturesMade - now.texturesMade;
+        objectsMade_ = objectsOf(renderer.counters());
     }
     renderer.releaseCompiler();
     releaseUnusedMemory();
     lock.lock();
+}
+
+void RenderQueue::setStandby(bool standby) {
+    const std::lock_guard lock(mutex_);
+    standby_ = standby;
+    resting_ = false;
 }
 
 std::chrono::duration<double> RenderQueue::workingFor() const {

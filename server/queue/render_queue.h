@@ -96,6 +96,10 @@ public:
     // From now on run() refuses; returns when the accepted work is finished.
     void refuseNew();
 
+    // A standby at rest releases its programs, too, if the driver is software. It loads them from
+    // the driver's cache when it draws.
+    void setStandby(bool standby);
+
     // Runs `step` repeatedly until it returns false: alternately with the work of clients, and
     // without pause while none waits.
     void inBackground(std::function<bool(Renderer&)> step);
@@ -185,6 +189,7 @@ private:
     std::uint64_t objectsMade_ = 0, trianglesDrawn_ = 0;
     Clock::time_point idleSince_{};
     bool resting_ = false;
+    bool standby_ = false, programsReleased_ = false;
     bool refusing_ = false;
     bool ending_ = false;
     std::promise<RendererIdentity> made_;

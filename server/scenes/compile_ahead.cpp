@@ -1,6 +1,7 @@
 #include "server/scenes/compile_ahead.h"
 
 #include "server/base/log.h"
+#include "server/scenes/shader_cache.h"
 
 #include <algorithm>
 #include <bit>
@@ -40,7 +41,7 @@ Scene copyWithoutTexels(Scene& scene) {
 
 bool CompileAhead::helps(const RendererIdentity& identity) {
     return identity.software && std::thread::hardware_concurrency() > 1 &&
-           !std::getenv("MESA_SHADER_CACHE_DISABLE");
+           keepsShaders();
 }
 
 CompileAhead::CompileAhead(const RendererOptions& options, Scene scene,

@@ -59,6 +59,10 @@ void useShaderCache(const std::filesystem::path& folder) {
     }
 }
 
+bool keepsShaders() {
+    return !std::getenv(kDisable);
+}
+
 void compileFast() {
     setenv(kPerformance, kFast, 0);
 }

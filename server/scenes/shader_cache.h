@@ -16,6 +16,9 @@ namespace clerestory {
 // is logged, and compiled shaders are then kept in memory only.
 void useShaderCache(const std::filesystem::path& folder);
 
+// Whether what the driver compiles is found again, by this process and others.
+bool keepsShaders();
+
 // From now on the driver of this process compiles without optimisation. Call before OpenGL is used.
 void compileFast();
 // The same for a child, as a variable of its environment.

@@ -65,6 +65,10 @@ enum class MessageKind : std::uint32_t {
     loaded,  // LoadedScenes, after a change, before any answer that depends on the change
     // Server to worker: ids of scenes to load.
     scenes,
+    // Server to worker: whether it is a standby (id kIsStandby), which draws nothing for now. At
+    // the
+    // start it is none.
+    role,
     // Worker to server: it ends because its renderer hangs; the id of the request that it draws, 0
     // if unknown.
     hangs
@@ -72,6 +76,7 @@ enum class MessageKind : std::uint32_t {
 
 inline constexpr std::uint64_t kCompiling = 1;
 inline constexpr std::uint64_t kCompilesFast = 1;
+inline constexpr std::uint64_t kIsStandby = 1;
 
 struct Message {
     MessageKind kind = MessageKind::alive;

@@ -157,6 +157,7 @@ void Supervisor::keep() {
             sharesScenes_ = false;  // perhaps for lack of memory: the next one loads fewer scenes
         }
         shareScenes();
+        tellRoles();
         if (active_[0] && active_[0]->compilesFast() && standbyIsReady()) replaceFastWorker();
         const auto free = std::find(active_.begin(), active_.end(), nullptr);
         const bool isStandby = free == active_.end();
@@ -221,6 +222,14 @@ void Supervisor::shareScenes() {
     }
     const bool shares = standby_ && standby_->warm() && sharesScenes_;
     if (shares && !includesAll(standby_->scenes(), scenes_)) standby_->loadScenes(scenes_);
+}
+
+// With the lock held.
+void Supervisor::tellRoles() {
+    for (const Worker& worker : active_) {
+        if (worker) worker->setStandby(false);
+    }
+    if (standby_) standby_->setStandby(true);
 }
 
 // With the lock held. Pending requests keep the fast worker alive until they are answered.

@@ -133,6 +133,7 @@ private:
     void reportEnd(const Worker& worker);
     void failOver(std::size_t renderer);
     void shareScenes();
+    void tellRoles();
     WorkerReply ask(const WorkerRequest& request, std::size_t renderer, bool isFrame);
     std::optional<WorkerReply> askAlone(const WorkerRequest& request, std::size_t renderer,
                                         std::uint64_t fingerprint);

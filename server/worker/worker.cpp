@@ -187,6 +187,10 @@ void serve(LocalBackend& backend, MessagePipe& pipe, SceneReporter& reporter,
             case MessageKind::scenes:
                 backend.library().load(unpackedIds(message->bytes));
                 break;
+            case MessageKind::role:
+                // Without a cache to load them from, programs would be compiled again.
+                backend.queue().setStandby(message->id == kIsStandby && keepsShaders());
+                break;
             case MessageKind::call: {
                 Call call = unpackedCall(message->bytes);
                 call.cancellation = tokens.add(message->id);

@@ -168,6 +168,11 @@ void WorkerProcess::loadScenes(const std::vector<std::string>& scenes) {
     pipe_->send({.kind = MessageKind::scenes, .bytes = packed(scenes)});
 }
 
+void WorkerProcess::setStandby(bool standby) {
+    if (std::exchange(standby_, standby) == standby) return;
+    pipe_->send({.kind = MessageKind::role, .id = standby ? kIsStandby : 0});
+}
+
 // The listener's thread: until the worker ends, which closes its end, or the pipe is shut down.
 void WorkerProcess::listen() {
     bool sound = true;

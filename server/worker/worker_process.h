@@ -51,6 +51,8 @@ public:
     std::shared_ptr<const LoadedScenes> loadedScenes() const;
     // Requests that it loads these scenes when it is idle.
     void loadScenes(const std::vector<std::string>& scenes);
+    // Tells it whether it is a standby, unless it knows. For one thread at a time.
+    void setStandby(bool standby);
 
     bool warm() const { return warm_; }            // the shaders of the default scene are compiled
     bool compiling() const { return compiling_; }  // shaders, now or a moment ago
@@ -84,6 +86,7 @@ private:
     std::uint64_t nextId_ = 1;
     std::string failure_;  // why it could not start
     std::shared_ptr<const LoadedScenes> loaded_;
+    bool standby_ = false;
     std::atomic<bool> ended_{false}, warm_{false}, compiling_{false}, silent_{false},
         killed_{false}, compilesFast_{false};
     Clock::time_point lastHeard_ = Clock::now();

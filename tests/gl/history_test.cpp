@@ -191,6 +191,20 @@ TEST_F(History, ReleasedScratchTakesNoMemory) {
     EXPECT_LT(after - before, color) << "of " << kept - before << " MB";
 }
 
+// A standby holds no programs while it rests.
+TEST_F(History, ReleasedProgramsAreMadeAgain) {
+    const FrameRequest r = small("history of released programs");
+    const Frame before = renderer().render(r);
+    const std::uint64_t made = renderer().counters().programsMade;
+    renderer().render(r);
+    EXPECT_EQ(renderer().counters().programsMade, made) << "frames reuse programs";
+    renderer().releasePrograms();
+    const Frame after = renderer().render(r);
+    EXPECT_GT(after.compiled, 0u) << "also when a program has the name of a deleted one";
+    EXPECT_GT(renderer().counters().programsMade, made);
+    EXPECT_TRUE(sameBytes(after.image, before.image));
+}
+
 // The vertex array that was bound last belonged to that scene.
 TEST_F(History, ScratchIsReleasedAfterTheLastScene) {
     FrameRequest r = small("history of a scene that is removed");

@@ -45,6 +45,11 @@ int playWorker(int argc, char** argv) {
     std::set<std::uint64_t> cancelled;
     std::mutex mutex;
     while (auto message = pipe.receive()) {
+        if (message->kind == MessageKind::role) {
+            if (argc > 2 && std::strchr(argv[2], '/'))
+                std::ofstream(argv[2], std::ios::app) << getpid() << ' ' << message->id << '\n';
+            continue;
+        }
         if (message->kind == MessageKind::cancel) {
             const std::lock_guard lock(mutex);
             cancelled.insert(message->id);
@@ -121,6 +126,11 @@ void awaitBoth(const Supervisor& supervisor) {
     ASSERT_NE(supervisor.processes().second, 0);
 }
 
+std::string contentOf(const std::string& file) {
+    std::ifstream in(file);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
 std::string freshMark(const char* name) {
     std::filesystem::create_directories(CLERESTORY_TEST_OUTPUT);
     const std::string mark = std::string(CLERESTORY_TEST_OUTPUT) + "/" + name;
@@ -180,6 +190,26 @@ TEST(Supervisor, AWorkerThatLivesAndIsNeverReadyIsGivenUp) {
     } catch (const std::runtime_error& error) {
         EXPECT_THAT(error.what(), testing::HasSubstr("was not ready"));
     }
+}
+
+// The standby releases memory while it has this role.
+TEST(Supervisor, WorkersKnowTheirRole) {
+    const std::string roles = freshMark("roles");
+    const auto awaitLines = [&](const std::string& lines) {
+        for (int i = 0; i < 3000 && contentOf(roles) != lines; ++i) {
+            std::this_thread::sleep_for(10ms);
+        }
+        EXPECT_EQ(contentOf(roles), lines);
+    };
+    Supervisor supervisor(options(roles.c_str()));
+    awaitBoth(supervisor);
+    const std::string second = std::to_string(supervisor.processes().second);
+    awaitLines(second + " 1\n");
+    refusalOf(supervisor, "once " + freshMark("crash of the first"));
+    awaitBoth(supervisor);
+    const std::string third = std::to_string(supervisor.processes().second);
+    EXPECT_EQ(std::to_string(supervisor.processes().first), second);
+    awaitLines(second + " 1\n" + second + " 0\n" + third + " 1\n");
 }
 
 TEST(Supervisor, TheStandbyAnswersPendingCalls) {
