@@ -10,8 +10,7 @@
 
 namespace clerestory {
 
-ProcessorTracer::ProcessorTracer(const GpuScene& scene)
-    : scene_(scene), texels_(scene.texels()) {}
+ProcessorTracer::ProcessorTracer(const GpuScene& scene) : scene_(scene), texels_(scene.texels()) {}
 
 void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
     const Scene& scene = scene_.scene();

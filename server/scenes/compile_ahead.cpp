@@ -40,8 +40,7 @@ Scene copyWithoutTexels(Scene& scene) {
 }
 
 bool CompileAhead::helps(const RendererIdentity& identity) {
-    return identity.software && std::thread::hardware_concurrency() > 1 &&
-           keepsShaders();
+    return identity.software && std::thread::hardware_concurrency() > 1 && keepsShaders();
 }
 
 CompileAhead::CompileAhead(const RendererOptions& options, Scene scene,

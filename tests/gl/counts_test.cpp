@@ -83,7 +83,8 @@ Scene bodiesOfAllTextures() {
                   moved(0.5 * static_cast<double>(i) - 1.25, colored ? 0.4 : -0.4, -0.3));
         }
     }
-    addLight(scene, {.kind = LightKind::point, .intensity = glm::vec3(30.0f)}, moved(0.4, 0.5, 2.5));
+    addLight(scene, {.kind = LightKind::point, .intensity = glm::vec3(30.0f)},
+             moved(0.4, 0.5, 2.5));
     return scene;
 }
 
