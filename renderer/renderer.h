@@ -35,7 +35,7 @@ struct RendererOptions {
     LightOptions light;
     bool debugOutput = false;  // collect driver messages; see Renderer::driverMessages
     // Materials that differ in their textures and vertex colours share programs: the same bytes
-    // after a shorter compilation, from slower frames.
+    // after a shorter compilation, from slower frames. Software drivers only.
     bool fewPrograms = false;
     // Maximum number of samples that a frame shades (plan/graph/work.h); 0: no limit.
     std::uint64_t maxShadedSamples = 0;

@@ -71,7 +71,7 @@ Renderer::State::State(const RendererOptions& options)
               .maxRecordSamples = identity.maxIntegerSamples,
               .display = onProcessor(options.display, identity.software) ? Storage::processor
                                                                          : Storage::driver,
-              .fewPrograms = options.fewPrograms}),
+              .fewPrograms = options.fewPrograms && identity.software}),
       maxShadedSamples(options.maxShadedSamples),
       onReset(options.onReset),
       beforeDrawing(options.beforeDrawing),
