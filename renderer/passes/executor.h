@@ -64,7 +64,7 @@ public:
     // Frees what frames leave for the next one to reuse, apart from resident maps, and the tables
     // of scenes that no run() has shown.
     void releaseScratch();
-    void releasePrograms();
+    void releasePrograms();  // frames make theirs again
     // Whether run() has drawn a frame of it.
     bool hasShown(const Scene& scene) const { return shown_.contains(&scene); }
     // Whether it is uploaded.

@@ -67,6 +67,7 @@ void WarmUps::begin(const Scene& scene, std::optional<Scene> copy,
             return advance(*task, renderer);
         } catch (...) {
             task->finished = true;
+            renderer.expectCompilation(task->scene, false);
             throw;
         }
     });
