@@ -9,9 +9,20 @@
 
 out vec4 tint;  // alpha: depth, greater is nearer
 
+// The light of a path that ends (enters: begins) in a body so far from the body's middle: a factor for
+// each face, whose product over both is the absorption between them. Absorbed by a factor of 65,000
+// at most, so that halves hold the factors of parts beyond the middle.
+vec3 absorbedAt(float distance, bool enters) {
+    const float kLeast = 1.5e-5f;
+    float fromMiddle = distance - drawNumbers.x;
+    vec3 left = max(absorption(material.attenuation.rgb, material.glass.w, abs(fromMiddle)), vec3(kLeast));
+    return (fromMiddle < 0.0f) == enters ? left : 1.0f / left;
+}
+
 // Light passes straight through a body, without refraction.
 vec3 throughGlass(vec3 baseColor) {
-    vec3 ahead = view.forward.w > 0.5f ? view.forward.xyz : direction(positionEye);
+    bool parallel = view.forward.w > 0.5f;
+    vec3 ahead = parallel ? view.forward.xyz : direction(positionEye);
     float c = abs(dot(direction(vertexNormal), ahead));
     float ior = max(material.glass.y, 1.0f);
     float fresnel = fresnelOfBody(c, ior, material.dielectricF0.w);
@@ -20,17 +31,18 @@ vec3 throughGlass(vec3 baseColor) {
         transmission *= texture(transmissionMap, texCoordOf(SLOT_TRANSMISSION)).r;
     }
     float clear = clearShare(transmission, metallicRoughnessAt().x);
-    if (has(FEATURE_SOLID) && !gl_FrontFacing) return vec3(clear * (1.0f - fresnel));
+    if (has(FEATURE_SOLID)) {
+        float distance = parallel ? dot(positionEye, view.forward.xyz) : length(positionEye);
+        vec3 color = gl_FrontFacing ? baseColor : vec3(1.0f);
+        return clear * (1.0f - fresnel) * color * absorbedAt(distance, gl_FrontFacing);
+    }
     float thickness = material.glass.z * modelScale;
     if (has(FEATURE_THICKNESS_MAP)) {
         thickness *= texture(thicknessMap, texCoordOf(SLOT_THICKNESS)).g;
     }
     float bent = sqrt(max(1.0f - (1.0f - c * c) / (ior * ior), 1e-6f));
-    vec3 left = absorption(material.attenuation.rgb, material.glass.w,
-                           has(FEATURE_SOLID) ? thickness : thickness / bent);
-    vec3 passed =
-        has(FEATURE_SOLID) ? (1.0f - fresnel) * left : paneShares(fresnel, left).transmitted;
-    return clear * baseColor * passed;
+    vec3 left = absorption(material.attenuation.rgb, material.glass.w, thickness / bent);
+    return clear * baseColor * paneShares(fresnel, left).transmitted;
 }
 
 void main() {

@@ -124,6 +124,7 @@ std::uint32_t DrawStream::add(const std::vector<Draw>& draws) {
         const bool hasColors = scene_->meshes[scene_->instances[draw.instance].mesh].hasColors;
         record.normalFromModel[1].w =
             static_cast<float>(draw.lights.count) + (hasColors ? 0.0f : 0.5f);
+        if (draw.middle) record.normalFromModel[0].w = *draw.middle;
         if (draw.label) record.normalFromModel[2].w = static_cast<float>(*draw.label);
         if (surfaceLight_) record.normalFromModel[2].w = firstLightValue(draw.instance);
         recordData_.push_back(record);

@@ -18,6 +18,7 @@ glm::vec3 radianceOf(const Path& path) {
 
 // The rays of one list, and what is known of their paths so far.
 struct Paths {
+    const PathTracer& tracer;
     const Density& density;
     const Records& records;
     std::uint32_t width, height;
@@ -43,25 +44,29 @@ struct Paths {
                 dx != 0 && dy != 0 ? 4u : 2u};
     }
 
-    // Sets `mean` to the mean of the neighbours. Returns false if they do not agree. before: light
-    // that the pixel has already.
+    // Sets `path` to what the neighbours know of it. Returns false if they do not agree. before:
+    // light that the pixel has already.
     bool agree(const Neighbours& neighbours, std::uint32_t step, const RecordedRay& ray,
-               const glm::vec3& before, Path& mean) const {
+               const glm::vec3& before, Path& path) const {
         if (neighbours.count == 0) return false;
         const std::uint32_t surfaces = paths[neighbours.at[0]].surfaces;
         Range range;
         glm::vec3 place(0.0f);
         for (const std::size_t i : neighbours.all()) {
-            const Path& path = paths[i];
-            if (path.surfaces == 0 || path.surfaces != surfaces) return false;
-            range.add(radianceOf(path));
+            if (paths[i].surfaces == 0 || paths[i].surfaces != surfaces) return false;
+            range.add(radianceOf(paths[i]));
             place += startOf(i);
         }
         // The ray starts between those of its neighbours, not at another surface.
         place = place / static_cast<float>(neighbours.count) - ray.start;
         const float reach = reachOf(step, ray);
         if (glm::dot(place, place) > reach * reach) return false;
-        return isMean(range, neighbours, density.contrast, ray, before, mean);
+        // The environment between them may differ from theirs, and costs no path.
+        if (paths[neighbours.at[0]].open()) {
+            path = tracer.open(ray, records.kind);
+            return true;
+        }
+        return isMean(range, neighbours, density.contrast, ray, before, path);
     }
 
     // The same whatever the neighbours meet, if all of them start near this ray in similar
@@ -113,12 +118,12 @@ struct Paths {
     static constexpr float kSlant = 4.0f;  // pixels of a surface seen at a slant are farther apart
     static constexpr float kTurned = 0.15f;  // radians between rays of similar directions
 
-    // Whether the path can be taken from neighbours; sets `mean` to it.
+    // Whether the path is known from neighbours; sets `path` to it.
     bool known(std::uint32_t x, std::uint32_t y, std::uint32_t step, const RecordedRay& ray,
-               const glm::vec3& before, Path& mean) const {
+               const glm::vec3& before, Path& path) const {
         const Neighbours neighbours = neighboursOf(x, y, step);
-        return agree(neighbours, step, ray, before, mean) ||
-               (step < density.finest && resemble(neighbours, step, ray, before, mean));
+        return agree(neighbours, step, ray, before, path) ||
+               (step < density.finest && resemble(neighbours, step, ray, before, path));
     }
 
     // Adds to `found` the eight neighbours at a distance of `step` that took a mean of other
@@ -234,7 +239,7 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density,
     const std::uint32_t width = records.width;
     scratch.resize(std::max(scratch.size(), starts.size()));
     const auto height = static_cast<std::uint32_t>(starts.size() / std::max(1u, width));
-    Paths list{density, records, width, height, starts, scratch};
+    Paths list{tracer, density, records, width, height, starts, scratch};
     const auto ownPath = [&](std::size_t i, const RecordedRay& ray) {
         const std::uint32_t pattern =
             patternAt(static_cast<std::uint32_t>(i % width), static_cast<std::uint32_t>(i / width));

@@ -19,8 +19,8 @@
 namespace clerestory::rays {
 
 // One pixel in each block of `stride` x `stride` has its own path. The others take the mean of
-// neighbours whose paths hit the same surfaces and have nearly the same radiance, or a path of
-// their own if there are none.
+// neighbours whose paths hit the same surfaces and have nearly the same radiance, or read the
+// environment between neighbours whose rays leave the scene at once, or have a path of their own.
 struct Density {
     std::uint32_t stride = 1;  // power of two; 1: every pixel follows its ray
     // Power of two, at most `stride`. Pixels between those of every `finest`-th column and row take

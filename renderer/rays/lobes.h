@@ -88,7 +88,7 @@ vec3 dispersedInside(vec3 along, vec3 toEye, int primary) {
 struct Sum {
     vec3 radiance = vec3(0.0f), open = vec3(0.0f);  // open: of paths that met nothing at first
     float weight = 0.0f, openWeight = 0.0f, nearness = 0.0f;
-    std::uint32_t surfaces = 2166136261u;
+    std::uint32_t surfaces = kNoSurfaces;
     std::uint32_t paths = 0;
 };
 

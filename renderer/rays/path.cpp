@@ -82,7 +82,38 @@ bool isRough(const RecordedRay& ray) {
 
 struct PathTracer::Scene : shader::Scene {
     vec3 backwards{0.0f};
+
+    vec3 toEyeFrom(vec3 start) const {
+        const bool perspective = shader::dot(backwards, backwards) == 0.0f;
+        const vec3 eye(tracingBlock.eye.x, tracingBlock.eye.y, tracingBlock.eye.z);
+        return shader::eyeAxesOf(perspective ? eye - start : backwards);
+    }
 };
+
+namespace {
+
+vec3 vectorOf(const glm::vec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+// The lobe as one direction with a width.
+shader::RoundLobe roundLobeOf(const RecordedRay& ray, Ray kind, vec3 toEye) {
+    const vec3 along = vectorOf(ray.along);
+    if (kind == Ray::mirrored) return shader::mirroredLobe(along, toEye, ray.lobe);
+    return {along, 0.5f * ray.lobe};
+}
+
+shader::RayCone coneOf(const RecordedRay& ray, const shader::RoundLobe& round) {
+    return {ray.width, ray.pixel, 2.0f * round.alpha};
+}
+
+const std::uint32_t kNothingMet = shader::hashOfSurfaces(shader::kNoSurfaces, -1) | 1u;
+
+}  // namespace
+
+bool Path::open() const {
+    return surfaces == kNothingMet;
+}
 
 PathTracer::PathTracer(const Surroundings& surroundings)
     : scene_(new Scene{sceneOf(surroundings)}) {
@@ -94,14 +125,10 @@ PathTracer::~PathTracer() = default;
 Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) const {
     shader::scene = scene_.get();
     shader::scatter = {};
-    const vec3 start(ray.start.x, ray.start.y, ray.start.z),
-        along(ray.along.x, ray.along.y, ray.along.z);
+    const vec3 along = vectorOf(ray.along);
     shader::Sum sum;
     const bool direct = kind == Ray::transmitted;
-    const bool perspective = shader::dot(scene_->backwards, scene_->backwards) == 0.0f;
-    const vec3 eye(scene_->tracingBlock.eye.x, scene_->tracingBlock.eye.y,
-                   scene_->tracingBlock.eye.z);
-    const vec3 toEye = shader::eyeAxesOf(perspective ? eye - start : scene_->backwards);
+    const vec3 toEye = scene_->toEyeFrom(vectorOf(ray.start));
     if (lobe.paths > 1 && isRough(ray)) {
         for (std::uint32_t i = 0; i < lobe.paths; ++i) {
             shader::scatter = {
@@ -115,9 +142,8 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
                             next.weight);
         }
     }
-    shader::RoundLobe round = {along, 0.5f * ray.lobe};
-    if (kind == Ray::mirrored) round = shader::mirroredLobe(along, toEye, ray.lobe);
-    const shader::RayCone cone = {ray.width, ray.pixel, 2.0f * round.alpha};
+    const shader::RoundLobe round = roundLobeOf(ray, kind, toEye);
+    const shader::RayCone cone = coneOf(ray, round);
     if (!(sum.weight + sum.openWeight > 1e-3f)) {
         shader::scatter = {};
         sum = {};
@@ -132,6 +158,14 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
     const float weight = sum.weight + sum.openWeight;
     const vec3 mean = (sum.radiance + sum.open) / weight;
     return {{mean.x, mean.y, mean.z}, sum.surfaces | 1u, weight / sum.nearness, sum.paths};
+}
+
+Path PathTracer::open(const RecordedRay& ray, Ray kind) const {
+    shader::scene = scene_.get();
+    const shader::RoundLobe round = roundLobeOf(ray, kind, scene_->toEyeFrom(vectorOf(ray.start)));
+    const vec3 radiance = shader::radianceFinite(
+        shader::backgroundAtEnd(round.along, coneOf(ray, round), kind == Ray::transmitted));
+    return {{radiance.x, radiance.y, radiance.z}, kNothingMet, shader::kFarAway, 0};
 }
 
 SurfaceHit PathTracer::surfaceAlong(const glm::vec3& start, const glm::vec3& along, float width,

@@ -39,6 +39,9 @@ struct Path {
     float distance;          // to what is met first, metres: a harmonic mean; of a ray into a body,
                              // length of the path
     std::uint32_t count;     // of paths
+
+    // Whether a single ray met nothing at all.
+    bool open() const;
 };
 
 class PathTracer {
@@ -50,6 +53,9 @@ public:
     // Weights of the directions of a lobe add up to one, so that a uniform environment stays as it
     // is.
     Path follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) const;
+
+    // That of a ray that leaves the scene at once, if it is known to: no path is followed.
+    Path open(const RecordedRay& ray, Ray kind) const;
 
     // start: world axes, relative to the tree's origin. along: unit, eye space's axes. width,
     // spread: of the cone that the ray represents, metres at its start and slope. Glass does not

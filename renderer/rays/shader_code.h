@@ -46,10 +46,15 @@ Hit traceClosest(vec3 origin, vec3 direction, float, float) {
     return hit;
 }
 
-// Of the path that the thread follows (FNV-1a).
+// FNV-1a.
+constexpr std::uint32_t kNoSurfaces = 2166136261u;
+constexpr std::uint32_t hashOfSurfaces(std::uint32_t before, int instance) {
+    return (before ^ static_cast<std::uint32_t>(instance)) * 16777619u;
+}
+// Of the path that the thread follows.
 thread_local std::uint32_t surfaces = 0;
 void noteHit(int instance) {
-    surfaces = (surfaces ^ static_cast<std::uint32_t>(instance)) * 16777619u;
+    surfaces = hashOfSurfaces(surfaces, instance);
 }
 
 // One of several paths that share a rough lobe; see PathTracer::follow().

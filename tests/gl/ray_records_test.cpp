@@ -167,6 +167,26 @@ TEST(RayRecords, PresetsFollowFewerPathsWhereNeighboursAgree) {
     EXPECT_LT(difference(all.image, draft.image).relative, 1e-2);
 }
 
+// Between rays that leave the scene each pixel reads the environment in its own direction, however
+// much it changes there.
+TEST(RayRecords, AMirrorAloneShowsEveryDetailOfTheEnvironment) {
+    Scene scene;
+    scene.id = "ball alone";
+    place(scene, sphere(1.0f, 48, addMaterial(scene, mirrorMetal())));
+    Renderer& renderer = tracing(Computation::processor);
+    renderer.addScene(std::move(scene));
+    FrameRequest r = traced("ball alone", Preset::fine);
+    r.environment.map = "studio";
+    const Frame all = renderer.render(r);
+    ASSERT_GT(paths(all), 2000u);
+    for (const Preset preset : {Preset::standard, Preset::draft}) {
+        r.accuracy.preset = preset;
+        const Frame fewer = renderer.render(r);
+        EXPECT_LT(paths(fewer), paths(all) / 6);
+        EXPECT_EQ(fewer.image.data, all.image.data);
+    }
+}
+
 TEST(RayRecords, ShaderProgramsHoldNoTraversal) {
     Renderer& renderer = tracing(Computation::processor);
     const FramePlan plan = renderer.plan(traced("teapots", Preset::standard));

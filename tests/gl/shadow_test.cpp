@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <string>
 
 using namespace clerestory;
@@ -164,6 +165,68 @@ TEST_F(Shadows, GlassCastsItsTint) {
                 EXPECT_NEAR(with[k] / without[k], left[k], 0.01f) << k << ' ' << left[0];
             }
         }
+    }
+}
+
+// Metres of a ray from `from` towards `to` within a ball; of the whole line if `from` is null.
+double wayInBall(const std::optional<glm::dvec3>& from, const glm::dvec3& to,
+                 const glm::dvec3& centre, double radius) {
+    const glm::dvec3 along = from ? glm::normalize(to - *from) : glm::dvec3(0.0, 0.0, -1.0);
+    const double middle = glm::dot(centre - to, along);  // of the chord, before `to`: negative
+    const double square = radius * radius - glm::dot(centre - to, centre - to) + middle * middle;
+    if (square <= 0.0) return 0.0;
+    const double half = std::sqrt(square);
+    const double begins = from ? std::max(middle - half, -glm::distance(*from, to)) : middle - half;
+    return middle + half - begins;
+}
+
+// Absorption along the way of the light through a body, from its first face or from the lamp in it.
+TEST_F(Shadows, BodiesAbsorbAlongTheWayOfTheLight) {
+    Material glass = clearGlass(1.0f);  // no interface
+    glass.thickness = 0.5f;             // not the way of the light
+    glass.attenuationDistance = 0.1f;
+    glass.attenuationColor = {0.5f, 0.8f, 0.05f};
+    constexpr double kRadius = 0.25;
+    const struct {
+        const char* name;
+        Light light;
+        glm::dvec3 at, centre;
+    } cases[] = {{"point", pointLight(), {0.0, 0.0, 3.0}, {0.0, 0.0, 1.3}},
+                 {"spot", spotLight(), {0.0, 0.0, 3.0}, {0.1, 0.0, 1.3}},
+                 {"sun", sunLight(), {0.0, 0.0, 3.0}, {0.0, 0.2, 1.3}},
+                 {"lamp inside", pointLight(), {0.0, 0.0, 1.25}, {0.1, 0.0, 1.3}}};
+    for (const auto& [name, light, at, centre] : cases) {
+        Scene scene;
+        place(scene, quad(2.0f, addMaterial(scene, lambert(0.5f))));
+        place(scene, sphere(float(kRadius), 96, addMaterial(scene, glass)),
+              glm::translate(glm::dmat4(1.0), centre));
+        addLight(scene, light, shiningAlong(at, {0.0, 0.0, -1.0}));
+        FrameRequest r = request(std::move(scene), "ball over wall", {0.0, 0.0, 0.9});
+        r.width = r.height = 201;
+        const Pictures p = draw(r);
+        double worst = 0.0, least = 1.0;
+        for (std::uint32_t y = 0; y < 201; y += 4) {
+            for (std::uint32_t x = 0; x < 201; x += 4) {
+                const glm::dvec3 wall((x + 0.5) / 201.0 * 1.8 - 0.9, 0.9 - (y + 0.5) / 201.0 * 1.8,
+                                      0.0);
+                const bool sun = light.kind == LightKind::directional;
+                const auto wayIn = [&](double radius) {
+                    return wayInBall(sun ? std::nullopt : std::optional(at), wall, centre, radius);
+                };
+                const double way = wayIn(kRadius);
+                // The rim, where it changes within a texel.
+                const bool outside = sun || glm::distance(at, centre) > kRadius;
+                if (outside && way < kRadius && wayIn(1.1 * kRadius) > 0.0) continue;
+                const glm::vec3 ratio = color(p.with, x, y) / color(p.without, x, y);
+                for (int k = 0; k < 3; ++k) {
+                    const double expected = std::pow(double(glass.attenuationColor[k]), way / 0.1);
+                    worst = std::max(worst, std::abs(ratio[k] - expected));
+                    least = std::min(least, expected);
+                }
+            }
+        }
+        EXPECT_LT(worst, 0.03) << name;
+        EXPECT_LT(least, 0.02) << name << ": some light crosses much of the body";
     }
 }
 

@@ -46,17 +46,17 @@ Features featuresOfCaster(const Stage&, const SeenSurface& seen, const SeenView&
     return seen.features & ((seen.features & FEATURE_MASK) != 0 ? kShape | kHoles : kShape);
 }
 
-// Both faces of solid glass count.
+// Both faces of solid glass count: light is absorbed between them.
 Features featuresOfTint(const Stage&, const SeenSurface& seen, const SeenView& all) {
     constexpr Features kLook = kHoles | FEATURE_MASK | FEATURE_BLEND | FEATURE_DOUBLE_SIDED |
                                FEATURE_DEFAULT_NUMBERS | FEATURE_METALLIC_ROUGHNESS_MAP |
                                FEATURE_PACKED_NORMAL;
     Features features = seen.features & kLook;
     if (seen.surface->glass == Glass::none) return features;
-    features |=
-        FEATURE_GLASS | (all.glassFeatures & (FEATURE_TRANSMISSION_MAP | FEATURE_THICKNESS_MAP |
-                                              FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD));
-    if (seen.surface->glass == Glass::solid) features |= FEATURE_SOLID | FEATURE_DOUBLE_SIDED;
+    const bool solid = seen.surface->glass == Glass::solid;
+    features |= FEATURE_GLASS | (solid ? FEATURE_SOLID | FEATURE_DOUBLE_SIDED : 0);
+    features |= all.glassFeatures & (FEATURE_TRANSMISSION_MAP | FEATURE_TEXTURE_TRANSFORM |
+                                     FEATURE_SECOND_TEXCOORD | (solid ? 0 : FEATURE_THICKNESS_MAP));
     return features;
 }
 
@@ -66,18 +66,35 @@ struct Shown {
     Features (*featuresOf)(const Stage&, const SeenSurface&, const SeenView&);
 };
 
+// See Draw::middle. 0 for a lamp within the bounds of the body: the light may begin inside.
+float middleFrom(const Stage& stage, const View& view, const Instance& instance) {
+    const Bounds bounds = transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
+                                      stage.pose.worldFromNode[instance.node]);
+    const glm::dvec3 middle = glm::dvec3(bounds.center()) - view.eye;
+    if (view.orthographic)
+        return static_cast<float>(-(view.viewFromWorld * glm::dvec4(middle, 0.0)).z);
+    const bool within =
+        glm::all(glm::lessThanEqual(glm::abs(middle), 0.5 * glm::dvec3(bounds.extent())));
+    return within ? 0.0f : static_cast<float>(glm::length(middle));
+}
+
 std::vector<Draw> drawsFrom(const Stage& stage, const View& view, const Shown& shown) {
     std::vector<Draw> draws;
     const SeenView all = seenFrom(stage, view);
     for (const SeenSurface& seen : all.surfaces) {
         if (!shown.contains(*seen.surface)) continue;
         const Features features = shown.featuresOf(stage, seen, all);
+        std::optional<float> middle;
+        if ((features & FEATURE_SOLID) != 0) {
+            middle = middleFrom(stage, view, stage.scene.instances[seen.surface->instance]);
+        }
         for (const SeenCluster& cluster : seen.clusters) {
             draws.push_back({.instance = seen.surface->instance,
                              .material = seen.surface->material,
                              .firstIndex = cluster.firstIndex,
                              .indexCount = cluster.indexCount,
-                             .features = features});
+                             .features = features,
+                             .middle = middle});
         }
     }
     std::stable_sort(draws.begin(), draws.end(), [](const Draw& a, const Draw& b) {

@@ -94,6 +94,9 @@ struct Draw {
     std::uint32_t reflection = kNoReflection;  // into the pass's reflections
     // What a channel of labels shows; none: instance + 1. Of the channel `through`: see Through.
     std::optional<std::uint32_t> label;
+    // Of solid glass in a DrawShadowTint: distance of its middle from the lamp, metres; of a lamp
+    // with a direction, along that from the view's eye.
+    std::optional<float> middle;
     LightList lights;
     Primitive primitive = Primitive::triangles;
     float pointSize = 1.0f;  // width of lines and points, pixels of the target
