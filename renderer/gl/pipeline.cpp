@@ -138,8 +138,8 @@ void apply(const State& state) {
 }
 
 void apply(const Facing& facing) {
-    enable(GL_CULL_FACE, facing.cullBack);
-    glCullFace(GL_BACK);
+    enable(GL_CULL_FACE, facing.cullBack || facing.cullFront);
+    glCullFace(facing.cullFront ? GL_FRONT : GL_BACK);
     glFrontFace(facing.clockwiseIsFront ? GL_CW : GL_CCW);
 }
 

@@ -71,9 +71,11 @@ struct State {
 // no scissor. Culling belongs to each draw.
 void apply(const State& state);
 
-// What a draw culls: nothing, or back faces, which are clockwise unless clockwiseIsFront.
+// What a draw culls: nothing, back faces, which are clockwise unless clockwiseIsFront, or front
+// faces.
 struct Facing {
     bool cullBack = true;
+    bool cullFront = false;  // in place of back faces
     bool clockwiseIsFront = false;
     bool operator==(const Facing&) const = default;
 };

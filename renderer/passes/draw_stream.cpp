@@ -139,7 +139,8 @@ void DrawStream::upload() {
 }
 
 gl::Facing DrawStream::facing(const Draw& draw, bool doubleSided) const {
-    return {.cullBack = !doubleSided,
+    return {.cullBack = !doubleSided || draw.faces == DrawnFaces::front,
+            .cullFront = draw.faces == DrawnFaces::back,
             .clockwiseIsFront = view_->mirrored != instances_.at(draw.instance).mirrored};
 }
 

@@ -166,6 +166,8 @@ std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& mate
                      .reflectance = c.reflectance,
                      .slope = c.slope,
                      .area = mesh.area};
+        rest.shell = rest.glass == Glass::pane && materials.material(scene, material).doubleSided &&
+                     !isSheet(scene, mesh);
         if (c.onFlat == Reflector::flat) {
             for (std::uint32_t p = 0; p < mesh.flatPartCount; ++p) {
                 const FlatPart& part = scene.flatParts[mesh.firstFlatPart + p];
@@ -173,6 +175,7 @@ std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& mate
                 mirror.firstCluster = part.firstCluster;
                 mirror.clusterCount = part.clusterCount;
                 mirror.flatPart = mesh.firstFlatPart + p;
+                mirror.shell = false;
                 mirror.reflector = Reflector::flat;
                 mirror.reason = c.reasonFlat;
                 mirror.area = part.area;

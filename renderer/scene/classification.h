@@ -73,6 +73,8 @@ struct Surface {
     Index flatPart = kNone;  // in Scene::flatParts, of a flat mirror
     bool emitter = false;
     Glass glass = Glass::none;
+    // A pane around an inside: its far wall, whose backs are visible, is seen through its near one.
+    bool shell = false;
     Reflector reflector = Reflector::none;
     ReflectorReason reason = ReflectorReason::roughDielectric;
     float roughness = 1.0f;    // mean

@@ -147,6 +147,31 @@ TEST_F(GlassPictures, OfTintedPanesApplyBaseColorOnce) {
     }
 }
 
+// The far wall of a ball with thin walls is seen through its near one, and what is within through
+// the near one alone.
+TEST_F(GlassPictures, OfShellsShowBothWalls) {
+    for (const float roughness : {0.0f, 0.4f}) {
+        for (const bool within : {false, true}) {
+            Scene scene;
+            place(scene, quad(300.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -80));
+            Material wall = clearGlass(1.5f, roughness);
+            wall.baseColor = {0.2f, 0.6f, 0.9f, 1.0f};
+            wall.doubleSided = true;
+            place(scene, sphere(1.0f, 64, addMaterial(scene, wall)));
+            Material pane = clearGlass(1.0f);
+            pane.baseColor = {0.9f, 0.1f, 0.5f, 1.0f};
+            if (within) place(scene, quad(0.5f, addMaterial(scene, pane)));
+            const glm::vec3 seen =
+                centerColor(renderer().render(through(std::move(scene), "shell")).image);
+            for (int i = 0; i < 3; ++i) {
+                const double walls = std::pow(wall.baseColor[i] * paneTransmits(1.0, 1.5), 2.0);
+                EXPECT_NEAR(seen[i], walls * (within ? pane.baseColor[i] : 1.0f), 4e-3)
+                    << roughness << ' ' << within;
+            }
+        }
+    }
+}
+
 TEST_F(GlassPictures, WithPartialCoverageBlendGlassAndBackground) {
     // alphaMode blend: coverage applies to the surface including its transmission.
     for (const GlassMethod method :

@@ -103,6 +103,41 @@ TEST(ViewPlanner, PanesOfOneMeshBehindEachOtherHaveABackdropEach) {
     }
 }
 
+// The far walls of shells, then their near ones; shells that hardly overlap share both layers.
+TEST(ViewPlanner, ShellsHaveABackdropForEachWall) {
+    for (const float roughness : {0.0f, 0.4f}) {
+        for (const int side : {1, 4}) {
+            Scene scene;
+            Material glass = clearGlass(roughness);
+            glass.reflection = Reflection::none;
+            glass.doubleSided = true;
+            MeshDraft ball = shapes::draft("ball", addMaterial(scene, glass));
+            shapes::addSphere(ball, glm::vec3(0.0f), 1.0f, 40);
+            const Index mesh = addMesh(scene, std::move(ball));
+            const glm::dmat4 turned =
+                glm::rotate(glm::dmat4(1.0), 0.7, glm::normalize(glm::dvec3(1.0)));
+            for (int i = 0; i < side * side; ++i) {
+                placeAt(scene, mesh, at(2.8 * (i % side), 2.8 * (i / side), 0.01 * i) * turned,
+                        "ball");
+            }
+            const FramePlan plan =
+                planOf(scene, forced(lookingFrom({1.4 * (side - 1), 1.4 * (side - 1), 40.0},
+                                                 {1.4 * (side - 1), 1.4 * (side - 1), 0.0})));
+            const std::vector<DrawGlass> drawn = worksOf<DrawGlass>(plan);
+            ASSERT_EQ(drawn.size(), 2u) << toText(plan);
+            for (const DrawnFaces faces : {DrawnFaces::back, DrawnFaces::front}) {
+                const DrawGlass& pass = drawn[faces == DrawnFaces::front];
+                std::set<std::uint32_t> instances;
+                for (const Draw& d : pass.glassDraws) {
+                    EXPECT_EQ(d.faces, faces);
+                    instances.insert(d.instance);
+                }
+                EXPECT_EQ(instances.size(), std::size_t(side * side));
+            }
+        }
+    }
+}
+
 TEST(ViewPlanner, SidesOfAGlassBodyShareABackdrop) {
     Scene scene;
     Material body = clearGlass();

@@ -62,20 +62,22 @@ constexpr double kCopiesWithLevels = 3.5, kGlassPixel = 1.5;
 // Pieces of glass that lie in one layer, whose copy they share; a mean over scenes.
 constexpr double kBodiesOfLayer = 3.0;
 
-// bodies: pieces of glass in the view, this one included.
+// bodies: pieces of glass in the view, this one included. first: a surface of the body.
 std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
-                                     const GlassBody& body, bool solid, double bodies) {
+                                     const GlassBody& body, const Surface& first, double bodies) {
     const Accuracy& a = context.stage.settings.accuracy;
     const DeviceLimits& limits = context.frame.limits;
     const double pixels = body.share * task.width * task.height;
     // Rough glass reads levels of the copy.
     const double copies = body.roughness > kSharpRoughness ? kCopiesWithLevels : 1.0;
+    const bool solid = first.glass == Glass::solid;
+    const double walls = first.shell ? 2.0 : 1.0;
     std::vector<Candidate> candidates{
         {Method::environment, 0.0, glassEnvironmentError(enclosureAt(context, task, body.box))},
         {Method::backdrop,
          milliseconds({.triangles = solid && a.backFaces ? body.triangles : 0.0,
-                       .pixels = kGlassPixel * pixels,
-                       .copiedPixels = copies * task.width * task.height,
+                       .pixels = kGlassPixel * walls * pixels,
+                       .copiedPixels = copies * walls * task.width * task.height,
                        .sharing = std::max(1.0, bodies / kBodiesOfLayer),
                        .shading = context.shading,
                        .software = limits.software}),
@@ -166,7 +168,7 @@ void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen
                          {subject, Effect::refraction, body.share,
                           noticedShare(body.share, stage.settings.accuracy.preset),
                           requestedMethod(stage.settings.accuracy.glass, Method::backdrop)},
-                         candidatesFor(context, task, body, solid, double(bodies.size())));
+                         candidatesFor(context, task, body, surface, double(bodies.size())));
         Features features = featuresOf(stage.material(surface), method);
         if (solid) features |= FEATURE_SOLID;
         // From inside a body the eye sees the backs of its faces.
@@ -180,48 +182,141 @@ void chooseRefraction(ViewContext& context, const ViewTask& task, SeenView& seen
     }
 }
 
-// Layers are drawn far to near, each over a copy of everything behind it. Glass joins a layer if it
-// does not overlap the other glass in it; blended draws follow the glass behind them. Clear panes
-// are ordered by cluster, because all windows of a car are one mesh and one is visible through
-// another.
-void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& seen,
-                    const DrawScene& behind, std::span<const DrawLists::Behind> through) {
-    struct Layer {
-        std::vector<ScreenBox> boxes;  // of its glass
-        bool rough = false;
-        std::vector<Draw> glassDraws, blendedDraws;
-    };
-    std::vector<Layer> layers;
-    std::map<std::size_t, std::size_t> layerOf;  // by index of SeenView::surfaces
-    std::map<Index, std::size_t> layerOfBody;    // by instance: one layer for all sides of a body
-    const auto joins = [](const Layer& layer, const ScreenBox& box) {
-        return layer.blendedDraws.empty() &&
-               std::none_of(layer.boxes.begin(), layer.boxes.end(),
-                            [&](const ScreenBox& other) { return box.overlaps(other); });
-    };
-    for (const DrawLists::Behind& item : through) {
+namespace {
+
+// Whether two boxes have more than this share of the smaller one in common, 0..1.
+bool overlap(const ScreenBox& a, const ScreenBox& b, double share) {
+    if (!a.overlaps(b)) return false;
+    const ScreenBox common{glm::max(a.low, b.low), glm::min(a.high, b.high)};
+    return common.share() > share * std::min(a.share(), b.share());
+}
+
+struct Layer {
+    std::vector<ScreenBox> boxes;  // of its glass
+    ScreenBox whole;               // around all that it draws
+    bool rough = false;
+    std::vector<Draw> glassDraws, blendedDraws;
+
+    // Whether a part of the box may lie in front of what the layer draws.
+    bool isBehind(const ScreenBox& box, double leastShared) const {
+        if (!box.overlaps(whole)) return false;
+        return !blendedDraws.empty() || boxes.size() > kMaxBoxes ||
+               std::any_of(boxes.begin(), boxes.end(), [&](const ScreenBox& other) {
+                   return overlap(box, other, leastShared);
+               });
+    }
+    void add(const ScreenBox& box) {
+        if (box.empty()) return;
+        whole = whole.empty()
+                    ? box
+                    : ScreenBox{glm::min(whole.low, box.low), glm::max(whole.high, box.high)};
+    }
+    static constexpr std::size_t kMaxBoxes = 256;  // beyond it, the whole decides
+};
+
+// Layers of glass, far to near. What is added lies in front of what was added before where both
+// overlap, by more than the given share of the smaller box.
+class GlassLayers {
+public:
+    GlassLayers(std::size_t most, double leastShared) : most_(most), leastShared_(leastShared) {}
+
+    // The layer that glass joins: the one after the last that it covers a part of.
+    std::size_t addGlass(const ScreenBox& box, bool rough) {
+        const std::size_t wanted = inFrontOf(box), at = std::min(wanted, most_ - 1);
+        enough_ &= at == wanted;
+        if (at == layers_.size()) layers_.emplace_back();
+        layers_[at].boxes.push_back(box);
+        layers_[at].add(box);
+        layers_[at].rough |= rough;
+        return at;
+    }
+    void addDraw(std::size_t layer, const Draw& draw) { layers_[layer].glassDraws.push_back(draw); }
+
+    // Blended draws follow the glass of their layer. There is glass already.
+    void addBlended(const ScreenBox& box, const Draw& draw) {
+        const std::size_t front = inFrontOf(box);
+        Layer& layer = layers_[front == 0 ? 0 : front - 1];
+        layer.blendedDraws.push_back(draw);
+        layer.add(box);
+    }
+
+    bool enough() const { return enough_; }  // each glass has a layer of its own
+    std::vector<Layer>& layers() { return layers_; }
+
+private:
+    std::size_t inFrontOf(const ScreenBox& box) const {
+        std::size_t layer = layers_.size();
+        while (layer > 0 && !layers_[layer - 1].isBehind(box, leastShared_)) --layer;
+        return layer;
+    }
+
+    std::size_t most_;
+    double leastShared_;
+    bool enough_ = true;
+    std::vector<Layer> layers_;
+};
+
+Draw facing(Draw draw, DrawnFaces faces) {
+    draw.faces = faces;
+    return draw;
+}
+
+// Glass joins a layer in front of the other glass that it overlaps. Clear panes are ordered by
+// cluster, because all windows of a car are one mesh and one is visible through another; shells by
+// their faces: what is within is between their far and their near wall.
+GlassLayers glassLayers(const ViewTask& task, const SeenView& seen,
+                        std::span<const DrawLists::Behind> through, double leastShared) {
+    const std::size_t most = task.generation == 0 ? kMaxGlassLayers : 1;
+    GlassLayers layers(most, leastShared);
+    std::map<std::size_t, std::size_t> layerOf, nearest;  // by index of SeenView::surfaces
+    std::map<Index, std::size_t> layerOfBody;  // by instance: one layer for all sides of a body
+    for (std::size_t i = 0; i < through.size(); ++i) nearest[through[i].seen] = i;
+    std::map<std::size_t, std::vector<Draw>> nearWalls;
+    for (std::size_t i = 0; i < through.size(); ++i) {
+        const DrawLists::Behind& item = through[i];
         if (!item.glass) {
-            layers.back().blendedDraws.push_back(item.draw);  // the first item is glass
+            layers.addBlended(screenBox(task.view, item.box), item.draw);
             continue;
         }
         const Surface& surface = *seen.surfaces[item.seen].surface;
+        const ScreenBox whole = screenBox(task.view, seen.surfaces[item.seen].box);
+        const bool rough = surface.roughness > kSharpRoughness;
+        if (surface.shell && most > 1) {
+            if (!layerOf.contains(item.seen)) layerOf[item.seen] = layers.addGlass(whole, rough);
+            layers.addDraw(layerOf[item.seen], facing(item.draw, DrawnFaces::back));
+            nearWalls[item.seen].push_back(facing(item.draw, DrawnFaces::front));
+            if (nearest[item.seen] != i) continue;
+            const std::size_t near = layers.addGlass(whole, rough);
+            for (const Draw& draw : nearWalls[item.seen]) layers.addDraw(near, draw);
+            continue;
+        }
         if (surface.glass == Glass::solid && layerOfBody.contains(surface.instance)) {
             layerOf[item.seen] = layerOfBody[surface.instance];
         }
         // Rough panes are not ordered by cluster: their blur would include their neighbours.
-        const bool rough = surface.roughness > kSharpRoughness;
         const bool apart = surface.glass == Glass::pane && !rough;
         if (apart || !layerOf.contains(item.seen)) {
-            const bool full = layers.size() == (task.generation == 0 ? kMaxGlassLayers : 1);
-            const ScreenBox box =
-                screenBox(task.view, apart ? item.box : seen.surfaces[item.seen].box);
-            if (layers.empty() || (!full && !joins(layers.back(), box))) layers.emplace_back();
-            layers.back().boxes.push_back(box);
-            layers.back().rough |= rough;
-            layerOf[item.seen] = layerOfBody[surface.instance] = layers.size() - 1;
+            const ScreenBox box = apart ? screenBox(task.view, item.box) : whole;
+            layerOf[item.seen] = layerOfBody[surface.instance] = layers.addGlass(box, rough);
         }
-        layers[layerOf[item.seen]].glassDraws.push_back(item.draw);
+        layers.addDraw(layerOf[item.seen], item.draw);
     }
+    return layers;
+}
+
+// Boxes are larger than what is in them, those of a turned ball by 60 %. If the layers do not
+// suffice, glass that overlaps by less than this shares one: where it does overlap, the nearest
+// glass hides the other.
+constexpr double kSmallOverlap = 0.25;
+
+}  // namespace
+
+void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& seen,
+                    const DrawScene& behind, std::span<const DrawLists::Behind> through) {
+    // Drawn far to near, each over a copy of everything behind it.
+    GlassLayers ordered = glassLayers(task, seen, through, 0.0);
+    if (!ordered.enough()) ordered = glassLayers(task, seen, through, kSmallOverlap);
+    std::vector<Layer>& layers = ordered.layers();
     const TargetSpec drawn = context.builder.target(task.target);
     for (std::size_t i = 0; i < layers.size(); ++i) {
         Layer& layer = layers[i];

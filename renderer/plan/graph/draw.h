@@ -85,6 +85,10 @@ enum Through : std::uint32_t {
 };
 
 inline constexpr std::uint32_t kNoReflection = 0xffffffffu;
+
+// Which triangles of a two-sided surface a draw shows.
+enum class DrawnFaces : std::uint8_t { both, front, back };
+
 struct Draw {
     std::uint32_t instance = 0;
     Index material = 0;            // of the scene's materials, then of FramePlan::materials
@@ -99,6 +103,7 @@ struct Draw {
     std::optional<float> middle;
     LightList lights;
     Primitive primitive = Primitive::triangles;
+    DrawnFaces faces = DrawnFaces::both;
     float pointSize = 1.0f;  // width of lines and points, pixels of the target
     bool operator==(const Draw&) const = default;
 };

@@ -40,7 +40,7 @@ void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
     hash.add(draws.size());
     for (const Draw& draw : draws) {
         const auto& [instance, material, firstIndex, indexCount, features, reflection, label,
-                     middle, lights, primitive, pointSize] = draw;
+                     middle, lights, primitive, faces, pointSize] = draw;
         hash.add(instance);
         stage.addMaterial(hash, material);
         hash.add(firstIndex);
@@ -50,6 +50,7 @@ void addDraws(PlanHash& hash, std::span<const Draw> draws, const Stage& stage) {
         hash.add(label.value_or(0));
         hash.add(middle.value_or(0.0f));
         hash.add(primitive);
+        hash.add(faces);
         hash.add(pointSize);
         const Instance& placed = stage.scene.instances[instance];
         hash.add(stage.pose.worldFromNode[placed.node]);
