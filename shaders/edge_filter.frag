@@ -1,11 +1,11 @@
 // Smooths edges of the display colour, after an idea of Lottes (FXAA, 2009): where brightness
 // changes within a pixel's neighbourhood, the pixel is blended with its surroundings along the edge
-// and never across it.
+// and never across it. VARIANT 1: the tone curve compresses bright colours, as 0: it does not.
 //
 // Alpha holds each pixel's brightness (see tone_map.frag), so that one gather reads four of them.
-#include "include/bindings.glsl"
+#include "include/block_macros.glsl"
 
-layout(binding = UNIT_SOURCE) uniform sampler2D source;  // bilinear, clamped, decoded to linear
+layout(binding = UNIT_SOURCE) uniform sampler2D source;  // clamped, decoded to linear
 
 out vec4 color;
 
@@ -13,7 +13,56 @@ out vec4 color;
 const float kMinContrast = 0.03f;
 const float kMinShare = 0.12f;
 // Pixels along the edge, each way. Long for edges near the axes, whose steps are long.
-const float kReach = 2.0f;
+const float kReach = 1.25f;
+
+// Where the Khronos curve begins to roll off, and what is left up to white.
+const float kRollOff = 0.76f, kRoom = 0.24f;
+// White is 31 times as bright as where the curve begins.
+const float kKept = 127.0f / 128.0f;
+
+// Display light before the curve compressed it.
+vec3 uncompressed(vec3 display) {
+    vec3 above = max(display - kRollOff, vec3(0.0f));
+    return min(display, vec3(kRollOff)) + kRoom * kRoom / (kRoom - kKept * above) - kRoom;
+}
+
+vec3 compressed(vec3 light) {
+    vec3 above = max(light - kRollOff, vec3(0.0f));
+    return min(min(light, vec3(kRollOff)) + kRoom / kKept * above / (above + kRoom), vec3(1.0f));
+}
+
+// Means over bilinear look-ups, and the brightest channel of their texels.
+struct Mean {
+    vec3 display, light;
+    float brightest;
+};
+
+void addTexel(ivec2 texel, float share, inout Mean mean) {
+    vec3 display = texelFetch(source, clamp(texel, ivec2(0), textureSize(source, 0) - 1), 0).rgb;
+    mean.display += share * display;
+    mean.light += share * uncompressed(display);
+    mean.brightest = max(mean.brightest, max(display.r, max(display.g, display.b)));
+}
+
+// at: in texels, whose centres are at integers.
+void addLookup(vec2 at, float share, inout Mean mean) {
+    vec2 low = floor(at);
+    vec2 part = at - low;
+    ivec2 texel = ivec2(low);
+    addTexel(texel, share * (1.0f - part.x) * (1.0f - part.y), mean);
+    addTexel(texel + ivec2(1, 0), share * part.x * (1.0f - part.y), mean);
+    addTexel(texel + ivec2(0, 1), share * (1.0f - part.x) * part.y, mean);
+    addTexel(texel + ivec2(1, 1), share * part.x * part.y, mean);
+}
+
+// How much of the pixel the other side of the edge covers is not known. The mean of display colours is
+// right while they are proportional to light. Of very bright light a small part of a pixel is white: half
+// of the result assumes that the other side covers nothing or twice as much, with equal chance.
+vec3 blended(vec3 center, Mean mean) {
+    if (VARIANT == 0 || mean.brightest <= kRollOff) return mean.display;
+    vec3 twice = max(2.0f * mean.light - uncompressed(center), vec3(0.0f));
+    return 0.5f * mean.display + 0.25f * (center + compressed(twice));
+}
 
 void main() {
     vec2 texel = 1.0f / vec2(textureSize(source, 0));
@@ -25,15 +74,17 @@ void main() {
 
     float least = min(center.a, min(min(low.x, low.z), min(high.x, high.z)));
     float most = max(center.a, max(max(low.x, low.z), max(high.x, high.z)));
+    color = vec4(center.rgb, 1.0f);
+    if (most - least <= max(kMinContrast, kMinShare * most)) return;
     // low.x is the left neighbour, low.z the lower, high.x the upper, high.z the right one; the
     // corners low.w and high.y give the gradient of an edge that passes beside the pixel.
     vec2 gradient = vec2(high.z - low.x, high.x - low.z) + 0.5f * (high.y - low.w);
     vec2 along = vec2(-gradient.y, gradient.x);
     along /= max(min(abs(along.x), abs(along.y)), 0.125f * max(max(abs(along.x), abs(along.y)), 1e-3f));
-    vec2 stride = clamp(along, -kReach, kReach) * texel;
+    vec2 away = 0.25f * clamp(along, -kReach, kReach);
 
-    vec3 before = textureLod(source, at - 0.25f * stride, 0.0f).rgb;
-    vec3 after = textureLod(source, at + 0.25f * stride, 0.0f).rgb;
-    bool edge = most - least > max(kMinContrast, kMinShare * most);
-    color = vec4(edge ? 0.5f * (before + after) : center.rgb, 1.0f);
+    Mean mean = Mean(vec3(0.0f), vec3(0.0f), 0.0f);
+    addLookup(gl_FragCoord.xy - 0.5f - away, 0.5f, mean);
+    addLookup(gl_FragCoord.xy - 0.5f + away, 0.5f, mean);
+    color = vec4(blended(center.rgb, mean), 1.0f);
 }

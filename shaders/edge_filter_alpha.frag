@@ -10,7 +10,7 @@ out vec4 color;
 // As in edge_filter.frag.
 const float kMinContrast = 0.03f;
 const float kMinShare = 0.12f;
-const float kReach = 2.0f;
+const float kReach = 1.25f;
 
 vec2 seenAt(ivec2 texel) {  // brightness, alpha
     vec4 t = texelFetch(source, clamp(texel, ivec2(0), textureSize(source, 0) - 1), 0);

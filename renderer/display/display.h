@@ -30,6 +30,7 @@ struct Radiance {
 struct Picture {
     Image image;                           // srgb8, 4 channels, opaque, top row first
     std::vector<std::uint8_t> brightness;  // of each pixel: square root of its luminance, 255: 1
+    bool compressed = false;               // the tone curve compresses bright colours
 };
 
 // exposureFactor: positive, multiplies the radiance. The brightness is computed for smoothEdges()

@@ -3,6 +3,8 @@
 #include "display/srgb_code.h"
 #include "image/bands.h"
 
+#include <glm/glm.hpp>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,12 +18,16 @@ namespace {
 constexpr int kMinContrast = 8;  // codes
 constexpr float kMinShare = 0.12f;
 // Pixels along the edge, each way. Long for edges near the axes, whose steps are long.
-constexpr float kReach = 2.0f;
+constexpr float kReach = 1.25f;
 // Pixels that are tested at once.
 constexpr int kGroup = 32;
 
-struct Color {
-    float r = 0.0f, g = 0.0f, b = 0.0f;
+using Color = glm::vec3;
+
+// Of a few texels, as in edge_filter.frag.
+struct Mean {
+    Color display{0.0f}, light{0.0f};
+    std::uint8_t brightest = 0;
 };
 
 // The brightness of a row and of its neighbours; beyond a border lies its nearest pixel.
@@ -99,34 +105,48 @@ private:
         const float scale = 0.25f / std::max(std::min(std::abs(gx), std::abs(gy)), 0.125f * larger);
         const float dx = std::clamp(-gy * scale, -0.25f * kReach, 0.25f * kReach);
         const float dy = std::clamp(gx * scale, -0.25f * kReach, 0.25f * kReach);
-        const Color a = between(static_cast<float>(x) - dx, static_cast<float>(y) - dy);
-        const Color b = between(static_cast<float>(x) + dx, static_cast<float>(y) + dy);
-        rgba[0] = codes_.code(std::min(0.5f * (a.r + b.r), 1.0f));
-        rgba[1] = codes_.code(std::min(0.5f * (a.g + b.g), 1.0f));
-        rgba[2] = codes_.code(std::min(0.5f * (a.b + b.b), 1.0f));
+        Mean mean;
+        addLookup(static_cast<float>(x) - dx, static_cast<float>(y) - dy, mean);
+        addLookup(static_cast<float>(x) + dx, static_cast<float>(y) + dy, mean);
+        const Color color = blended(rgba, mean);
+        for (int i = 0; i < 3; ++i) rgba[i] = codes_.code(std::min(color[i], 1.0f));
     }
 
-    // Bilinear, in linear light; pixel centres are at integers.
-    Color between(float x, float y) const {
+    Color blended(const std::uint8_t* center, const Mean& mean) const {
+        if (!picture_.compressed || mean.brightest < SrgbCodes::kFirstCompressed) {
+            return mean.display;
+        }
+        Color color;
+        for (int i = 0; i < 3; ++i) {
+            const float twice =
+                std::max(2.0f * mean.light[i] - codes_.uncompressed(center[i]), 0.0f);
+            color[i] =
+                0.5f * mean.display[i] + 0.25f * (codes_.light(center[i]) + compressed(twice));
+        }
+        return color;
+    }
+
+    // Half of a bilinear look-up, in linear light; pixel centres are at integers.
+    void addLookup(float x, float y, Mean& mean) const {
         const float left = std::floor(x), top = std::floor(y);
         const float right = x - left, lower = y - top;
         const int x0 = static_cast<int>(left), y0 = static_cast<int>(top);
-        Color sum;
-        add(x0, y0, (1.0f - right) * (1.0f - lower), sum);
-        add(x0 + 1, y0, right * (1.0f - lower), sum);
-        add(x0, y0 + 1, (1.0f - right) * lower, sum);
-        add(x0 + 1, y0 + 1, right * lower, sum);
-        return sum;
+        add(x0, y0, 0.5f * (1.0f - right) * (1.0f - lower), mean);
+        add(x0 + 1, y0, 0.5f * right * (1.0f - lower), mean);
+        add(x0, y0 + 1, 0.5f * (1.0f - right) * lower, mean);
+        add(x0 + 1, y0 + 1, 0.5f * right * lower, mean);
     }
 
-    void add(int x, int y, float share, Color& sum) const {
+    void add(int x, int y, float share, Mean& mean) const {
         x = std::clamp(x, 0, width_ - 1);
         y = std::clamp(y, 0, height_ - 1);
         const std::uint8_t* rgba =
             picture_.image.bytes() + 4 * (static_cast<std::ptrdiff_t>(y) * width_ + x);
-        sum.r += share * codes_.light(rgba[0]);
-        sum.g += share * codes_.light(rgba[1]);
-        sum.b += share * codes_.light(rgba[2]);
+        for (int i = 0; i < 3; ++i) {
+            mean.display[i] += share * codes_.light(rgba[i]);
+            mean.light[i] += share * codes_.uncompressed(rgba[i]);
+            mean.brightest = std::max(mean.brightest, rgba[i]);
+        }
     }
 
     const Picture& picture_;

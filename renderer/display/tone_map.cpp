@@ -219,6 +219,7 @@ void toneMap(const Radiance& radiance, ToneMap curve, float exposureFactor, bool
     const std::size_t width = radiance.width, height = radiance.height;
     reshape(picture.image, radiance.width, radiance.height, 4, PixelType::srgb8);
     picture.brightness.resize(brightness ? width * height : 0);
+    picture.compressed = curve != ToneMap::linear;
     const lanes::ConvertRow convert = lanes::converterOf(curve);
     forEachBand(radiance.height, 16, [&](std::uint32_t first, std::uint32_t end) {
         for (std::size_t y = first; y < end; ++y) {

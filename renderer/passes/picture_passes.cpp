@@ -133,8 +133,8 @@ void execute(PassResources& resources, const PassInput& input, const EdgeFilter&
         display::smoothEdges(input.read(work.source).picture(), input.target().picture().image);
         return;
     }
-    drawFilter(resources, input, work,
-               work.transparent ? "edge_filter_alpha.frag" : "edge_filter.frag");
+    if (work.transparent) return drawFilter(resources, input, work, "edge_filter_alpha.frag");
+    drawFilter(resources, input, work, "edge_filter.frag", work.compressed ? 1 : 0);
 }
 
 void execute(PassResources& resources, const PassInput& input, const StraightAlpha& work) {

@@ -131,6 +131,53 @@ TEST(Display, EdgesAreSmoothedAndNothingElse) {
     }
 }
 
+// The edge of a lamp 1000 times as bright as the wall lies anywhere between two rows. A row of
+// which the lamp covers a little is white.
+TEST(Display, EdgesOfLampsAreNearTheirCoverage) {
+    constexpr std::uint32_t kEdge = 16, kOffsets = 64;
+    const glm::vec3 wall(0.1f), lamp(100.0f);
+    double plain = 0.0, aware = 0.0;
+    for (std::uint32_t i = 0; i < kOffsets; ++i) {
+        const float edge = 8.0f + (static_cast<float>(i) + 0.5f) / kOffsets;
+        std::vector<std::uint64_t> point, exact;
+        for (std::uint32_t y = 0; y < kEdge; ++y) {
+            const float row = static_cast<float>(y);
+            const float covered = std::clamp(row + 1.0f - edge, 0.0f, 1.0f);
+            for (std::uint32_t x = 0; x < kEdge; ++x) {
+                point.push_back(halves(row + 0.5f > edge ? lamp : wall));
+                exact.push_back(halves(glm::mix(wall, lamp, covered)));
+            }
+        }
+        const Picture truth = mapped(kEdge, kEdge, exact, ToneMap::neutral);
+        Picture picture = mapped(kEdge, kEdge, point, ToneMap::neutral);
+        for (const bool compressed : {true, false}) {
+            picture.compressed = compressed;
+            Image smoothed;
+            display::smoothEdges(picture, smoothed);
+            for (std::uint32_t y = 0; y < kEdge; ++y) {
+                const std::size_t at = 4 * (y * kEdge + 8);
+                const double d = double(smoothed.bytes()[at]) - truth.image.bytes()[at];
+                (compressed ? aware : plain) += d * d * d * d;  // as the published decibels
+            }
+        }
+    }
+    EXPECT_LT(std::pow(aware, 0.25), 0.9 * std::pow(plain, 0.25));
+}
+
+TEST(Display, LightBeforeTheCurveIsTheInverseOfDisplayLight) {
+    const display::SrgbCodes& codes = display::srgbCodes();
+    for (int code = 0; code < 256; ++code) {
+        const auto c = static_cast<std::uint8_t>(code);
+        EXPECT_NEAR(display::compressed(codes.uncompressed(c)), codes.light(c), 1e-5f);
+        if (c < display::SrgbCodes::kFirstCompressed) {
+            EXPECT_NEAR(codes.uncompressed(c), codes.light(c), 1e-6f);
+        } else {
+            EXPECT_GT(codes.uncompressed(c), codes.light(c) - 1e-5f);
+        }
+    }
+    EXPECT_GT(codes.uncompressed(255), 30.0f);
+}
+
 TEST(Display, PicturesOfAnySizeHaveTheSamePixels) {
     // The left part of a picture is the picture of the left part, except for its border.
     constexpr std::uint32_t kHeight = 9, kMaxWidth = 80;

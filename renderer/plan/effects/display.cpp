@@ -35,10 +35,11 @@ void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance
         filtered.name = "filtered";
         const TargetId before = plan.output;
         plan.output = addTarget(plan, filtered);
-        plan.passes.push_back({.name = "edgeFilter",
-                               .target = plan.output,
-                               .reason = "smooths edges",
-                               .work = EdgeFilter{{before}, plan.transparent}});
+        plan.passes.push_back(
+            {.name = "edgeFilter",
+             .target = plan.output,
+             .reason = "smooths edges",
+             .work = EdgeFilter{{before}, plan.transparent, request.toneMap != ToneMap::linear}});
     } else {
         plan.skipped.push_back({"edgeFilter", Effect::base, "not requested at this accuracy"});
     }

@@ -116,6 +116,7 @@ struct ToneMapping : PicturePass {
 // Smooths edges in the display colour.
 struct EdgeFilter : PicturePass {
     bool transparent = false;  // edges of alpha too; colour is premultiplied
+    bool compressed = false;   // the tone curve compresses bright colours
     std::string_view kind() const { return "edgeFilter"; }
     std::string_view knobs() const;
     bool operator==(const EdgeFilter&) const = default;
