@@ -191,12 +191,24 @@ protected:
         return config;
     }
     httplib::Client client() { return clientOf(server); }
+    // Until both renderers have the upload.
+    void awaitInStandby(httplib::Client& client, const std::string& id) {
+        EXPECT_EQ(postJson(client, "/v1/frames", frameOf(id))->status, 200);
+        const Supervisor& supervisor = supervisorOf(server);
+        const auto standbyHasIt = [&] {
+            const auto [active, standby] = supervisor.scenes();
+            return supervisor.standbyIsWarm() && standby == active && active > 1;
+        };
+        for (int i = 0; i < 6000 && !standbyHasIt(); ++i) std::this_thread::sleep_for(10ms);
+        ASSERT_TRUE(standbyHasIt());
+    }
     Server server{workerConfig()};
 };
 
 TEST_F(UploadsOfWorkers, AnUploadThatCrashesRenderersIsAbandoned) {
     auto client = this->client();
     const std::string id = idOf(send(client, triangleGlb()));
+    awaitInStandby(client, id);  // a renderer that has loaded it forgets the tries
     // The state after three renderers that began to load it and ended.
     std::ofstream(folderOfThisTest() / id / "tries") << "...";
     killWorker(server);
@@ -233,14 +245,7 @@ TEST_F(UploadsOfWorkers, SurviveTheirRenderer) {
 TEST_F(UploadsOfWorkers, ADeletedSceneDoesNotReturnWithTheNextRenderer) {
     auto client = this->client();
     const std::string id = idOf(send(client, triangleGlb()));
-    EXPECT_EQ(postJson(client, "/v1/frames", frameOf(id))->status, 200);
-    const Supervisor& supervisor = supervisorOf(server);
-    const auto standbyHasIt = [&] {
-        const auto [active, standby] = supervisor.scenes();
-        return supervisor.standbyIsWarm() && standby == active && active > 1;
-    };
-    for (int i = 0; i < 6000 && !standbyHasIt(); ++i) std::this_thread::sleep_for(10ms);
-    ASSERT_TRUE(standbyHasIt());
+    awaitInStandby(client, id);
     EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);
     killWorker(server);
     for (int i = 0; i < 3; ++i) problemOf(postJson(client, "/v1/frames", frameOf(id)), 404);
