@@ -265,7 +265,8 @@ Draw facing(Draw draw, DrawnFaces faces) {
 // cluster, because all windows of a car are one mesh and one is visible through another; shells by
 // their faces: what is within is between their far and their near wall.
 GlassLayers glassLayers(const ViewTask& task, const SeenView& seen,
-                        std::span<const DrawLists::Behind> through, double leastShared) {
+                        std::span<const DrawLists::Behind> through, double leastShared,
+                        bool bothWalls) {
     const std::size_t most = task.generation == 0 ? kMaxGlassLayers : 1;
     GlassLayers layers(most, leastShared);
     std::map<std::size_t, std::size_t> layerOf, nearest;  // by index of SeenView::surfaces
@@ -281,7 +282,7 @@ GlassLayers glassLayers(const ViewTask& task, const SeenView& seen,
         const Surface& surface = *seen.surfaces[item.seen].surface;
         const ScreenBox whole = screenBox(task.view, seen.surfaces[item.seen].box);
         const bool rough = surface.roughness > kSharpRoughness;
-        if (surface.shell && most > 1) {
+        if (surface.shell && bothWalls && most > 1) {
             if (!layerOf.contains(item.seen)) layerOf[item.seen] = layers.addGlass(whole, rough);
             layers.addDraw(layerOf[item.seen], facing(item.draw, DrawnFaces::back));
             nearWalls[item.seen].push_back(facing(item.draw, DrawnFaces::front));
@@ -314,8 +315,10 @@ constexpr double kSmallOverlap = 0.25;
 void addGlassLayers(ViewContext& context, const ViewTask& task, const SeenView& seen,
                     const DrawScene& behind, std::span<const DrawLists::Behind> through) {
     // Drawn far to near, each over a copy of everything behind it.
-    GlassLayers ordered = glassLayers(task, seen, through, 0.0);
-    if (!ordered.enough()) ordered = glassLayers(task, seen, through, kSmallOverlap);
+    GlassLayers ordered = glassLayers(task, seen, through, 0.0, true);
+    if (!ordered.enough()) ordered = glassLayers(task, seen, through, kSmallOverlap, true);
+    // The order of bodies matters more than the far walls of each.
+    if (!ordered.enough()) ordered = glassLayers(task, seen, through, 0.0, false);
     std::vector<Layer>& layers = ordered.layers();
     const TargetSpec drawn = context.builder.target(task.target);
     for (std::size_t i = 0; i < layers.size(); ++i) {
