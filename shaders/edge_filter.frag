@@ -1,6 +1,6 @@
 // Smooths edges of the display colour, after an idea of Lottes (FXAA, 2009): where brightness
 // changes within a pixel's neighbourhood, the pixel is blended with its surroundings along the edge
-// and never across it. VARIANT 1: the tone curve compresses bright colours, as 0: it does not.
+// and never across it. VARIANT: 1 if the tone curve compresses bright colours, else 0.
 //
 // Alpha holds each pixel's brightness (see tone_map.frag), so that one gather reads four of them.
 #include "include/block_macros.glsl"
@@ -17,7 +17,7 @@ const float kReach = 1.25f;
 
 // Where the Khronos curve begins to roll off, and what is left up to white.
 const float kRollOff = 0.76f, kRoom = 0.24f;
-// White is 31 times as bright as where the curve begins.
+// Finite light for white: 31.
 const float kKept = 127.0f / 128.0f;
 
 // Display light before the curve compressed it.

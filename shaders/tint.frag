@@ -9,14 +9,15 @@
 
 out vec4 tint;  // alpha: depth, greater is nearer
 
-// The light of a path that ends (enters: begins) in a body so far from the body's middle: a factor for
-// each face, whose product over both is the absorption between them. Absorbed by a factor of 65,000
-// at most, so that halves hold the factors of parts beyond the middle.
-vec3 absorbedAt(float distance, bool enters) {
-    const float kLeast = 1.5e-5f;
+// A factor for the face where light enters a body or leaves it: the absorption between the face and the
+// body's middle, or its inverse, so that the product over both faces is the absorption between them.
+// The inverse occurs in hollow bodies, twice on a way; halves hold its limit squared.
+const float kMaxInverse = 240.0f;
+vec3 factorOfFace(float distance, bool enters) {
     float fromMiddle = distance - drawNumbers.x;
-    vec3 left = max(absorption(material.attenuation.rgb, material.glass.w, abs(fromMiddle)), vec3(kLeast));
-    return (fromMiddle < 0.0f) == enters ? left : 1.0f / left;
+    vec3 left = absorption(material.attenuation.rgb, material.glass.w, abs(fromMiddle));
+    if ((fromMiddle < 0.0f) == enters) return left;
+    return 1.0f / max(left, vec3(1.0f / kMaxInverse));
 }
 
 // Light passes straight through a body, without refraction.
@@ -34,7 +35,7 @@ vec3 throughGlass(vec3 baseColor) {
     if (has(FEATURE_SOLID)) {
         float distance = parallel ? dot(positionEye, view.forward.xyz) : length(positionEye);
         vec3 color = gl_FrontFacing ? baseColor : vec3(1.0f);
-        return clear * (1.0f - fresnel) * color * absorbedAt(distance, gl_FrontFacing);
+        return clear * (1.0f - fresnel) * color * factorOfFace(distance, gl_FrontFacing);
     }
     float thickness = material.glass.z * modelScale;
     if (has(FEATURE_THICKNESS_MAP)) {

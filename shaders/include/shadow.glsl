@@ -148,7 +148,7 @@ vec3 shadowAt(vec3 position, vec3 offset, vec3 place, vec3 toLight, float metres
     if (viewHas(VIEW_SHADOWS_TINTED) && about.x > 0.5f && s.inside && lit > 0.0f) {
         vec4 tint = texture(shadowTints, s.at);
         bool behind = metres > 0.0f ? s.depth < tint.a * kBehindGlass : s.depth < tint.a - kBehindGlassOfSun;
-        return lit * (behind ? clamp(tint.rgb, 0.0f, 1.0f) : vec3(1.0f));
+        return lit * (behind ? min(radianceFinite(tint.rgb), vec3(1.0f)) : vec3(1.0f));
     }
     return vec3(s.inside ? lit : 1.0f);
 }

@@ -230,6 +230,47 @@ TEST_F(Shadows, BodiesAbsorbAlongTheWayOfTheLight) {
     }
 }
 
+// A ball with walls of 0.05 around nothing: light leaves its wall before the middle and enters it
+// again.
+FrameRequest flaskOverWall(const Light& light, const glm::vec3& attenuation, float distance) {
+    Material glass = clearGlass(1.0f);
+    glass.thickness = 0.05f;
+    glass.attenuationDistance = distance;
+    glass.attenuationColor = attenuation;
+    Scene scene;
+    place(scene, quad(2.0f, addMaterial(scene, lambert(0.5f))));
+    MeshDraft flask = sphere(0.25f, 96, addMaterial(scene, glass));
+    const MeshDraft inside = sphere(0.2f, 96, 0);
+    const auto first = static_cast<Index>(flask.vertices.size());
+    flask.vertices.insert(flask.vertices.end(), inside.vertices.begin(), inside.vertices.end());
+    for (std::size_t i = 0; i < inside.indices.size(); i += 3) {  // turned inwards
+        for (const std::size_t k : {0u, 2u, 1u}) {
+            flask.indices.push_back(first + inside.indices[i + k]);
+        }
+    }
+    place(scene, std::move(flask), glm::translate(glm::dmat4(1.0), {0.0, 0.0, 1.3}));
+    addLight(scene, light, shiningAlong({0.0, 0.0, 3.0}, {0.0, 0.0, -1.0}));
+    return request(std::move(scene), "flask over wall", {0.0, 0.0, 0.9});
+}
+
+TEST_F(Shadows, HollowBodiesAbsorbInTheirWalls) {
+    const glm::vec3 color(0.5f, 0.8f, 0.2f);
+    for (const Light& light : {pointLight(), sunLight()}) {
+        const Pictures p = draw(flaskOverWall(light, color, 0.1f));
+        const glm::vec3 ratio = centerColor(p.with) / centerColor(p.without);
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(ratio[k], color[k], 0.02f) << k;
+    }
+}
+
+// Factors of faces that no number can hold: what absorbs is dark, what does not is clear.
+TEST_F(Shadows, DenseHollowBodiesAreDark) {
+    const Pictures p = draw(flaskOverWall(pointLight(), {0.001f, 0.0f, 1.0f}, 1e-4f));
+    const glm::vec3 ratio = centerColor(p.with) / centerColor(p.without);
+    EXPECT_NEAR(ratio.x, 0.0f, 0.02f);
+    EXPECT_NEAR(ratio.y, 0.0f, 0.02f);
+    EXPECT_NEAR(ratio.z, 1.0f, 0.02f);
+}
+
 TEST_F(Shadows, GlassDoesNotTintWhatIsBeforeIt) {
     for (const Light& light : {pointLight(), spotLight(), sunLight()}) {
         Scene scene;

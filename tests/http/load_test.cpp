@@ -288,14 +288,16 @@ TEST(Load, AFrameThatCannotMeetItsDeadlineIsRefusedBeforeItIsDrawn) {
     auto client = server.client();
     const std::string large = R"({"scene": "six-walls", "width": 2048, "height": 1280,
         "accuracy": {"preset": "fine"}})";
-    double fastest = 1e9;  // milliseconds
+    // The server knows that frame to take at least as long as its surfaces, on any machine.
+    double surfaces = 1e9;  // milliseconds
     for (int i = 0; i < 3; ++i) {
-        const auto start = Clock::now();
-        ASSERT_EQ(postJson(client, "/v1/frames", large)->status, 200);
-        fastest = std::min(fastest, millisecondsSince(start));
+        const auto frame = postJson(client, "/v1/frames", large);
+        ASSERT_EQ(frame->status, 200);
+        const std::string timing = frame->get_header_value("Server-Timing"), name = "surface;dur=";
+        surfaces = std::min(surfaces, std::stod(timing.substr(timing.find(name) + name.size())));
     }
     const httplib::Headers deadline = {
-        {"Clerestory-Deadline", std::to_string(std::max(static_cast<int>(fastest / 5.0), 1))}};
+        {"Clerestory-Deadline", std::to_string(std::max(static_cast<int>(surfaces / 2.0), 1))}};
     const std::uint64_t before = server.framesDrawn();
     // On a busy machine the deadline may pass while the request waits: another answer, asked again.
     EXPECT_TRUE(soon([&] {
