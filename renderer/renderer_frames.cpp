@@ -86,11 +86,15 @@ Renderer::State::State(const RendererOptions& options)
     context.firstUse().whenCompiling = options.onCompiling;
 }
 
-void Renderer::State::release(const std::shared_ptr<const Scene>& scene) {
-    for (const std::shared_ptr<const Scene>& fine : lights.forget(*scene)) {
+void Renderer::State::releaseRefined(const std::vector<std::shared_ptr<const Scene>>& scenes) {
+    for (const std::shared_ptr<const Scene>& fine : scenes) {
         moments.remove_if([&](const auto& m) { return m.scene == fine; });
         executor.forget(*fine);
     }
+}
+
+void Renderer::State::release(const std::shared_ptr<const Scene>& scene) {
+    releaseRefined(lights.forget(*scene));
     moments.remove_if([&](const auto& m) { return m.scene == scene; });
     executor.forget(*scene);
 }
@@ -264,8 +268,10 @@ WarmUp Renderer::beginWarmUp(const std::vector<FrameRequest>& frames) const {
 
 void Renderer::extend(WarmUp& warmUp, const FrameRequest& frame) const {
     State::Subject subject = state_->subjectOf(frame);
-    // Frames with computed light have the same programs.
+    // Frames with computed light have the same programs as those without, which come first unless
+    // the light is stored on disk.
     if (const auto inputs = state_->lightOf(subject, frame)) {
+        state_->hasLight(subject, *inputs);
         state_->addLight(subject, frame, *inputs);
     }
     FramePlan plan = warmUp.planner_->plan(state_->plan(subject, frame));
@@ -282,7 +288,8 @@ bool Renderer::advance(WarmUp& warmUp, bool fromTheEnd) {
     while (step >= (*plan)->plan.passes.size()) step -= (*plan++)->plan.passes.size();
     const State::Subject& subject = (*plan)->subject;
     const auto scene = state_->scenes.find(subject.scene->id);
-    if (scene == state_->scenes.end() || scene->second.generation != subject.generation) {
+    if (scene == state_->scenes.end() || scene->second.generation != subject.generation ||
+        !state_->executor.holds(*subject.scene)) {
         return false;
     }
     state_->context.makeCurrent();
@@ -353,8 +360,9 @@ void Renderer::releaseScratch() {
         state_->executor.forgetTables(*original);
         state_->executor.forgetMaps(*original);
     }
-    state_->lights.releaseOpen(
-        [this](const Scene& scene) { return state_->executor.hasShown(scene); });
+    const auto isShown = [this](const Scene& scene) { return state_->executor.hasShown(scene); };
+    state_->lights.releaseOpen(isShown);
+    state_->releaseRefined(state_->lights.releaseStored(isShown));
     state_->executor.releaseScratch();
 }
 

@@ -24,23 +24,26 @@ std::optional<LightInputs> Renderer::State::lightOf(const Subject& subject,
     return inputs;
 }
 
+bool Renderer::State::hasLight(const Subject& subject, const LightInputs& inputs) {
+    return lights.has(*subject.scene, *withMaterialsAtRest(subject.pose), inputs.hash);
+}
+
 void Renderer::State::beginLight(Subject subject, const FrameRequest& request, LightInputs inputs) {
+    if (hasLight(subject, inputs)) return;
+    const ResidentMaps none;
+    subject.pose = withMaterialsAtRest(subject.pose);
+    FrameContext context = contextOf(subject, none);
+    context.needsRays = true;
+    const FramePlan framePlan = planFrame(context, request);
     light::BakeInput bake{.key = inputs.hash};
-    if (!lights.known(inputs.hash)) {
-        const ResidentMaps none;
-        subject.pose = withMaterialsAtRest(subject.pose);
-        FrameContext context = contextOf(subject, none);
-        context.needsRays = true;
-        const FramePlan framePlan = planFrame(context, request);
-        bake.pose = subject.pose;
-        bake.materials = std::move(inputs.materials);
-        bake.lights = std::move(inputs.lights);
-        bake.environment = subject.environment;
-        bake.mapFromWorld = inputs.mapFromWorld;
-        bake.environmentIntensity = inputs.environmentIntensity;
-        bake.emission = inputs.emission;
-        guarded([&] { executor.addTables(inputOf(subject, framePlan), bake); });
-    }
+    bake.pose = subject.pose;
+    bake.materials = std::move(inputs.materials);
+    bake.lights = std::move(inputs.lights);
+    bake.environment = subject.environment;
+    bake.mapFromWorld = inputs.mapFromWorld;
+    bake.environmentIntensity = inputs.environmentIntensity;
+    bake.emission = inputs.emission;
+    guarded([&] { executor.addTables(inputOf(subject, framePlan), bake); });
     lights.begin(subject.scene, std::move(bake));
 }
 

@@ -55,7 +55,9 @@ struct Renderer::State {
     }
     // What the light of surfaces depends on that the request shows; nothing if it needs none.
     std::optional<LightInputs> lightOf(const Subject& subject, const FrameRequest& request) const;
-    // Begins to compute it.
+    // Whether it was begun or is stored on disk.
+    bool hasLight(const Subject& subject, const LightInputs& inputs);
+    // Begins to compute it, otherwise.
     void beginLight(Subject subject, const FrameRequest& request, LightInputs inputs);
     // Changes the subject to one with that light as far as it is computed, else with that of the
     // open environment.
@@ -132,6 +134,7 @@ struct Renderer::State {
     void upload(const std::shared_ptr<Scene>& made, std::span<const Scene* const> texturesOf);
     // Frees what was made for the scene.
     void release(const std::shared_ptr<const Scene>& scene);
+    void releaseRefined(const std::vector<std::shared_ptr<const Scene>>& scenes);
     mutable EnvironmentMaps environments;  // built-in maps are created on first use
     std::string firstScene;                // scene of requests that name none
     Executor executor;

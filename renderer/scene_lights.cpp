@@ -35,34 +35,53 @@ SceneLights::SceneLights(const LightOptions& options)
               files->store(light);
           }})) {}
 
-void SceneLights::refine(Refined& refined, const Scene& original, const Pose& pose,
-                         std::uint64_t addedTriangles) {
-    const std::lock_guard lock(refined.making);
-    if (refined.scene) return;
-    light::Refined made = light::refined(original, pose, {.addedTriangles = addedTriangles});
+// With the lock of its entry held.
+void SceneLights::keep(Refined& entry, light::Refined made) {
     gl::fitForSharing(made.scene.vertices);
     gl::fitForSharing(made.scene.indices);
-    refined.edges = std::move(made.edges);
-    refined.scene = std::make_shared<const Scene>(std::move(made.scene));
+    entry.edges = std::move(made.edges);
+    entry.scene = std::make_shared<const Scene>(std::move(made.scene));
+}
+
+const std::shared_ptr<SceneLights::Refined>& SceneLights::entryOf(const Scene& original) {
+    std::shared_ptr<Refined>& entry = refined_[&original];
+    if (!entry) entry = std::make_shared<Refined>();
+    return entry;
+}
+
+// Read here, not by the baker: its threads may be busy, or rest because a frame is drawn.
+bool SceneLights::has(const Scene& original, const Pose& pose, std::uint64_t key) {
+    if (baker_->state(key).known) return true;
+    Refined& entry = *entryOf(original);
+    const std::lock_guard lock(entry.making);
+    const bool isNew = !entry.scene;
+    auto stored = files_->find(key, [&](const light::EdgeLengths& edges) {
+        if (isNew) keep(entry, {light::refinedWith(edges, original, pose), edges});
+        return entry.scene;
+    });
+    if (!stored) {
+        if (isNew) entry.scene.reset();
+        return false;
+    }
+    entry.onDisk = isNew || entry.onDisk;
+    baker_->keep(std::make_shared<const light::SurfaceLight>(*std::move(stored)));
+    return true;
 }
 
 void SceneLights::begin(const std::shared_ptr<const Scene>& original, light::BakeInput input) {
-    std::shared_ptr<Refined>& entry = refined_[original.get()];
-    if (!entry) entry = std::make_shared<Refined>();
-    if (known(input.key)) return;
-    // Read here, not by the baker: its threads may be busy, or rest because a frame is drawn.
-    if (files_->contains(input.key)) {
-        refine(*entry, *original, *input.pose, options_.addedTriangles);
-        if (auto stored = files_->find(input.key, entry->scene)) {
-            baker_->keep(std::make_shared<const light::SurfaceLight>(*std::move(stored)));
-            return;
-        }
-    }
+    const std::shared_ptr<Refined>& entry = entryOf(*original);
+    entry->onDisk = false;
     const auto bake = std::make_shared<light::BakeInput>(std::move(input));
     baker_->begin(bake->key, [bake, original, refined = entry, options = options_] {
-        refine(*refined, *original, *bake->pose, options.addedTriangles);
-        bake->scene = refined->scene;
-        bake->edges = refined->edges;
+        {
+            const std::lock_guard lock(refined->making);
+            if (!refined->scene) {
+                keep(*refined, light::refined(*original, *bake->pose,
+                                              {.addedTriangles = options.addedTriangles}));
+            }
+            bake->scene = refined->scene;
+            bake->edges = refined->edges;
+        }
         return std::make_unique<light::Bake>(std::move(*bake),
                                              light::BakeQuality{.places = options.places});
     });
@@ -107,7 +126,7 @@ std::function<LightProgress()> SceneLights::now(std::uint64_t key) const {
 }
 
 void SceneLights::addShown(const Scene& original, const std::shared_ptr<const Scene>& refined) {
-    auto& shown = refined_.at(&original)->shown;
+    auto& shown = entryOf(original)->shown;
     if (std::find(shown.begin(), shown.end(), refined) == shown.end()) shown.push_back(refined);
 }
 
@@ -127,6 +146,21 @@ std::vector<std::shared_ptr<const Scene>> SceneLights::forget(const Scene& origi
     for (const auto& scene : shown) baker_->forget(*scene);
     refined_.erase(found);
     return shown;
+}
+
+std::vector<std::shared_ptr<const Scene>> SceneLights::releaseStored(
+    const std::function<bool(const Scene&)>& isShown) {
+    std::vector<const Scene*> originals;
+    for (const auto& [original, entry] : refined_) {
+        const bool used = std::any_of(entry->shown.begin(), entry->shown.end(),
+                                      [&](const auto& scene) { return isShown(*scene); });
+        if (entry->onDisk && !used) originals.push_back(original);
+    }
+    std::vector<std::shared_ptr<const Scene>> released;
+    for (const Scene* original : originals) {
+        for (auto& scene : forget(*original)) released.push_back(std::move(scene));
+    }
+    return released;
 }
 
 }  // namespace clerestory

@@ -22,9 +22,10 @@ class SceneLights {
 public:
     explicit SceneLights(const LightOptions& options);
 
-    bool known(std::uint64_t key) const { return baker_->state(key).known; }
-    // Begins the light of an original scene with this key. Light that is stored on disk is complete
-    // when this returns. input: everything but the refined scene.
+    // Whether the light of an original scene with this key was begun or is stored on disk; then it
+    // is complete when this returns. pose: of materials at rest.
+    bool has(const Scene& original, const Pose& pose, std::uint64_t key);
+    // Begins it, unless has(). input: everything but the refined scene.
     void begin(const std::shared_ptr<const Scene>& original, light::BakeInput input);
     // Of the last round that is complete; null before the first one.
     std::shared_ptr<const light::SurfaceLight> latest(std::uint64_t key);
@@ -43,6 +44,9 @@ public:
     // Forgets the lights of an original scene. Returns its refined scenes that were shown. Another
     // original with the same light may show them, too, and uploads them again.
     std::vector<std::shared_ptr<const Scene>> forget(const Scene& original);
+    // The same for originals with light from disk only of which no refined scene is shown.
+    std::vector<std::shared_ptr<const Scene>> releaseStored(
+        const std::function<bool(const Scene&)>& isShown);
 
     std::uint64_t computed() const { return *computed_; }
 
@@ -50,19 +54,20 @@ public:
     light::Baker::Rest rest() const { return light::Baker::Rest(*baker_); }
 
 private:
-    // The refined meshes of a scene, made by the first computation of its light.
+    // The refined meshes of a scene, made by the first computation of its light, or as the first
+    // one that is stored on disk needs them.
     struct Refined {
         std::mutex making;
         // With that lock held:
         std::shared_ptr<const Scene> scene;
         light::EdgeLengths edges;
-        // On the renderer's thread; an earlier load of the scene may have made others.
-        std::vector<std::shared_ptr<const Scene>> shown;
+        // On the renderer's thread:
+        std::vector<std::shared_ptr<const Scene>> shown;  // an earlier load may have made others
+        bool onDisk = false;                              // all lights of the scene
     };
 
-    // On any thread.
-    static void refine(Refined& refined, const Scene& original, const Pose& pose,
-                       std::uint64_t addedTriangles);
+    const std::shared_ptr<Refined>& entryOf(const Scene& original);
+    static void keep(Refined& entry, light::Refined made);
 
     const LightOptions options_;
     const std::shared_ptr<std::atomic<std::uint64_t>> computed_;

@@ -284,6 +284,7 @@ SurfaceLight Bake::light() const {
                        .revision = s.round,
                        .share = complete() ? 1.0 : static_cast<double>(s.round) / s.quality.rounds,
                        .scene = s.input.scene,
+                       .edges = s.input.edges,
                        .firstOfInstance = s.places.firstOfInstance,
                        .moving = s.moving,
                        .grid = s.grid};

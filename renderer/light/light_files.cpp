@@ -1,4 +1,5 @@
-// Layout of a file: header, SurfaceLight::firstOfInstance, SurfaceLight::values, LightGrid::values.
+// Layout of a file: header, EdgeLengths::small, SurfaceLight::firstOfInstance,
+// SurfaceLight::values, LightGrid::values.
 #include "light/light_files.h"
 
 #include "light/refinement.h"
@@ -19,24 +20,41 @@ constexpr const char* kExtension = ".light";
 
 struct Header {
     char magic[8] = {'C', 'L', 'L', 'I', 'G', 'H', 'T', '\0'};
-    std::uint32_t version = 2;
+    std::uint32_t version = 3;
     std::uint32_t revision = 0;
     std::uint64_t key = 0;
     std::uint64_t meshes = 0;  // a hash of the refined ones, whose vertices have the values
     std::uint64_t instances = 0, values = 0;
     glm::dvec3 gridFirst{0.0}, gridSpacing{1.0};
     glm::uvec3 gridCount{0u};
-    std::uint32_t reserved = 0;
-    std::uint64_t checksum = 0;  // of everything, with this field 0
+    std::uint32_t bodies = 0;                    // EdgeLengths::small
+    double commonEdge = 0.0, edgePerSize = 0.0;  // its other members
+    std::uint64_t checksum = 0;                  // of everything, with this field 0
 };
-static_assert(sizeof(Header) == 120);
+static_assert(sizeof(Header) == 136);
 
-// rest: everything after the header.
+// Without unused bytes.
+struct StoredBody {
+    glm::vec3 min{0.0f}, max{0.0f};
+    double size = 0.0;
+    std::uint64_t instance = 0;
+};
+static_assert(sizeof(StoredBody) == 40);
+
+// rest: everything after the header, list by list.
 std::uint64_t checksumOf(Header header, std::initializer_list<std::span<const std::byte>> rest) {
     header.checksum = 0;
     std::uint64_t hash = hashOfBytes(std::as_bytes(std::span(&header, 1)));
-    for (const std::span<const std::byte> part : rest) hash = hashOfBytes(part, hash);
+    for (const std::span<const std::byte> list : rest) hash = hashOfBytes(list, hash);
     return hash;
+}
+
+std::vector<StoredBody> stored(const std::vector<EdgeLengths::Body>& bodies) {
+    std::vector<StoredBody> list;
+    for (const EdgeLengths::Body& b : bodies) {
+        list.push_back({b.box.min, b.box.max, b.size, b.instance});
+    }
+    return list;
 }
 
 std::uint64_t hashOfMeshes(const Scene& scene) {
@@ -75,13 +93,7 @@ std::filesystem::path LightFiles::fileOf(std::uint64_t key) const {
            (hashWordOf(options_.version + '\n' + std::to_string(key)) + kExtension);
 }
 
-bool LightFiles::contains(std::uint64_t key) const {
-    std::error_code error;
-    return !options_.folder.empty() && std::filesystem::exists(fileOf(key), error);
-}
-
-std::optional<SurfaceLight> LightFiles::find(std::uint64_t key,
-                                             const std::shared_ptr<const Scene>& scene) const {
+std::optional<SurfaceLight> LightFiles::find(std::uint64_t key, const Refine& refine) const {
     if (options_.folder.empty()) return std::nullopt;
     const auto content = readCacheFile(fileOf(key), options_.maxBytes);
     Header header;
@@ -93,38 +105,44 @@ std::optional<SurfaceLight> LightFiles::find(std::uint64_t key,
     const glm::uvec3 cells = grid.count;
     constexpr std::size_t kMaxEntries = 1u << 30;  // of each list
     if (std::memcmp(header.magic, expected.magic, sizeof header.magic) != 0 ||
-        header.version != expected.version || header.key != key ||
-        header.meshes != hashOfMeshes(*scene) || header.instances > kMaxEntries ||
-        header.values > kMaxEntries || std::max({cells.x, cells.y, cells.z}) > 1024u ||
-        header.instances * sizeof(std::int32_t) +
-                (header.values + grid.points()) * sizeof(LightValue) !=
-            rest.size()) {
+        header.version != expected.version || header.key != key || header.instances > kMaxEntries ||
+        header.values > kMaxEntries || std::max({cells.x, cells.y, cells.z}) > 1024u) {
         return std::nullopt;
     }
-    const std::size_t afterFirst = header.instances * sizeof(std::int32_t);
-    const std::size_t afterValues = afterFirst + header.values * sizeof(LightValue);
-    if (header.checksum != checksumOf(header, {rest.first(afterFirst),
-                                               rest.subspan(afterFirst, afterValues - afterFirst),
-                                               rest.subspan(afterValues)})) {
+    const std::size_t sizes[] = {
+        header.bodies * sizeof(StoredBody), header.instances * sizeof(std::int32_t),
+        header.values * sizeof(LightValue), grid.points() * sizeof(LightValue)};
+    if (sizes[0] + sizes[1] + sizes[2] + sizes[3] != rest.size()) return std::nullopt;
+    std::span<const std::byte> lists[4];
+    for (std::size_t i = 0, at = 0; i < 4; at += sizes[i++]) lists[i] = rest.subspan(at, sizes[i]);
+    if (header.checksum != checksumOf(header, {lists[0], lists[1], lists[2], lists[3]})) {
         return std::nullopt;
     }
-    SurfaceLight light{.key = key, .revision = header.revision, .share = 1.0, .scene = scene};
-    auto read = [&, at = std::size_t{0}](auto& list, std::size_t count) mutable {
-        list.resize(count);
-        const std::size_t bytes = count * sizeof list[0];
-        if (bytes > 0) std::memcpy(list.data(), rest.data() + at, bytes);
-        at += bytes;
+    const auto read = [](std::span<const std::byte> bytes, auto& list) {
+        list.resize(bytes.size() / sizeof list[0]);
+        if (!bytes.empty()) std::memcpy(list.data(), bytes.data(), bytes.size());
     };
-    read(light.firstOfInstance, header.instances);
-    read(light.values, header.values);
-    read(grid.values, grid.points());
+    SurfaceLight light{.key = key, .revision = header.revision, .share = 1.0};
+    light.edges = {header.commonEdge, {}, header.edgePerSize};
+    std::vector<StoredBody> bodies;
+    read(lists[0], bodies);
+    for (const StoredBody& b : bodies) {
+        light.edges.small.push_back(
+            {{b.min, b.max}, b.size, static_cast<std::uint32_t>(b.instance)});
+    }
+    read(lists[1], light.firstOfInstance);
+    read(lists[2], light.values);
+    read(lists[3], grid.values);
     light.grid = std::move(grid);
-    if (!belongs(light)) return std::nullopt;
+    light.scene = refine(light.edges);
+    if (header.meshes != hashOfMeshes(*light.scene) || !belongs(light)) return std::nullopt;
     return light;
 }
 
 void LightFiles::store(const SurfaceLight& light) {
     if (options_.folder.empty()) return;
+    const std::vector<StoredBody> small = stored(light.edges.small);
+    const auto bodies = std::as_bytes(std::span(small));
     const auto first = std::as_bytes(std::span(light.firstOfInstance));
     const auto values = std::as_bytes(std::span(light.values));
     Header header;
@@ -137,9 +155,12 @@ void LightFiles::store(const SurfaceLight& light) {
     header.gridSpacing = light.grid.spacing;
     header.gridCount = light.grid.count;
     const auto gridValues = std::as_bytes(std::span(light.grid.values));
-    header.checksum = checksumOf(header, {first, values, gridValues});
+    header.bodies = static_cast<std::uint32_t>(small.size());
+    header.commonEdge = light.edges.common;
+    header.edgePerSize = light.edges.perSize;
+    header.checksum = checksumOf(header, {bodies, first, values, gridValues});
     if (writeCacheFile(fileOf(light.key),
-                       {std::as_bytes(std::span(&header, 1)), first, values, gridValues})) {
+                       {std::as_bytes(std::span(&header, 1)), bodies, first, values, gridValues})) {
         failureReported_ = false;
         return trimCacheFolder(options_.folder, kExtension, options_.maxBytes);
     }

@@ -1,7 +1,8 @@
 // Lights on disk, next to imported scenes, so that a restart does not compute them again.
 //
 //     LightFiles files({.folder = folder, .version = "1.2"});
-//     if (auto light = files.find(key, scene)) return *light;
+//     if (auto light = files.find(key, [&](const EdgeLengths& e) { return refine(e); })) return
+//     *light;
 //     ... files.store(light);
 //
 // Thread-safe.
@@ -31,12 +32,11 @@ class LightFiles {
 public:
     explicit LightFiles(LightFilesOptions options) : options_(std::move(options)) {}
 
-    // Whether there is a file, which may turn out to be damaged.
-    bool contains(std::uint64_t key) const;
-    // The complete light of this key; scene: the refined scene that it was computed for. Nothing if
-    // there is no file, or if it is damaged or does not belong to the scene.
-    std::optional<SurfaceLight> find(std::uint64_t key,
-                                     const std::shared_ptr<const Scene>& scene) const;
+    // Makes the refined scene that the light was computed for.
+    using Refine = std::function<std::shared_ptr<const Scene>(const EdgeLengths& edges)>;
+    // The complete light of this key. Nothing if there is no file, or if it is damaged or does not
+    // belong to the refined scene.
+    std::optional<SurfaceLight> find(std::uint64_t key, const Refine& refine) const;
     // Only complete light. The least recently used files are removed to make room.
     void store(const SurfaceLight& light);
 

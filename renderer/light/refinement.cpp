@@ -68,7 +68,7 @@ bool isTooLong(const EdgeLengths& edges, const Placement& placement, const glm::
     if (edges.small.empty() || !(length > edges.perSize * edges.small.back().size)) return false;
     return std::any_of(placement.places.begin(), placement.places.end(), [&](const auto& place) {
         const glm::dvec3 middle(place.worldFromMesh * glm::dvec4(0.5 * (a + b), 1.0));
-        return length > edges.at(middle, place.instance);
+        return edges.below(length, middle, place.instance);
     });
 }
 
@@ -303,6 +303,12 @@ private:
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles_;
 };
 
+std::vector<VertexRange> vertexRanges(const Scene& scene) {
+    std::vector<VertexRange> ranges;
+    for (const Mesh& mesh : scene.meshes) ranges.push_back(vertexRange(scene, mesh));
+    return ranges;
+}
+
 bool overlaps(std::vector<VertexRange> ranges) {
     std::sort(ranges.begin(), ranges.end(),
               [](const VertexRange& a, const VertexRange& b) { return a.first < b.first; });
@@ -310,6 +316,12 @@ bool overlaps(std::vector<VertexRange> ranges) {
         if (ranges[i - 1].first + ranges[i - 1].count > ranges[i].first) return true;
     }
     return false;
+}
+
+// The way from a box to a point outside; 0 inside.
+glm::dvec3 outsideOf(const Bounds& box, const glm::dvec3& point) {
+    return glm::max(glm::max(glm::dvec3(box.min) - point, point - glm::dvec3(box.max)),
+                    glm::dvec3(0.0));
 }
 
 Scene withoutTexels(const Scene& scene) {
@@ -324,12 +336,21 @@ double EdgeLengths::at(const glm::dvec3& world, std::uint32_t except) const {
     double length = common;
     for (const Body& body : small) {
         if (body.instance == except) continue;
-        const glm::dvec3 outside =
-            glm::max(glm::max(glm::dvec3(body.box.min) - world, world - glm::dvec3(body.box.max)),
-                     glm::dvec3(0.0));
-        length = std::min(length, perSize * (body.size + kGrowth * glm::length(outside)));
+        const double away = glm::length(outsideOf(body.box, world));
+        length = std::min(length, perSize * (body.size + kGrowth * away));
     }
     return length;
+}
+
+bool EdgeLengths::below(double length, const glm::dvec3& world, std::uint32_t except) const {
+    if (common < length) return true;
+    return std::any_of(small.begin(), small.end(), [&](const Body& body) {
+        if (body.instance == except) return false;
+        const double reach = (length / perSize - body.size) / kGrowth;
+        if (!(reach > 0.0)) return false;
+        const glm::dvec3 away = outsideOf(body.box, world);
+        return glm::dot(away, away) < reach * reach;
+    });
 }
 
 VertexRange vertexRange(const Scene& scene, const Mesh& mesh) {
@@ -349,13 +370,21 @@ VertexRange vertexRange(const Scene& scene, const Mesh& mesh) {
 }
 
 Refined refined(const Scene& scene, const Pose& pose, const RefinementLimits& limits) {
+    EdgeLengths edges;
+    if (!overlaps(vertexRanges(scene))) {
+        const std::vector<Placement> placements = placementsOf(scene, pose);
+        edges = edgeLengthsFor(scene, pose, trianglesOf(scene, placements), limits);
+    }
+    Scene fine = refinedWith(edges, scene, pose);
+    return {std::move(fine), std::move(edges)};
+}
+
+Scene refinedWith(const EdgeLengths& edges, const Scene& scene, const Pose& pose) {
     Scene fine = withoutTexels(scene);
-    std::vector<VertexRange> ranges;
-    for (const Mesh& mesh : scene.meshes) ranges.push_back(vertexRange(scene, mesh));
-    if (overlaps(ranges)) return {std::move(fine), {}};
+    const std::vector<VertexRange> ranges = vertexRanges(scene);
+    if (!(edges.common > 0.0) || overlaps(ranges)) return fine;
 
     const std::vector<Placement> placements = placementsOf(scene, pose);
-    EdgeLengths edges = edgeLengthsFor(scene, pose, trianglesOf(scene, placements), limits);
     fine.vertices.clear();
     fine.indices.clear();
     for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
@@ -388,7 +417,7 @@ Refined refined(const Scene& scene, const Pose& pose, const RefinementLimits& li
         endTriple(fine.indices);
         fine.meshes[m].primitives = primitives;
     }
-    return {std::move(fine), std::move(edges)};
+    return fine;
 }
 
 }  // namespace clerestory::light

@@ -34,6 +34,8 @@ struct EdgeLengths {
 
     // At a point of the world, next to all small bodies but that of one instance.
     double at(const glm::dvec3& world, std::uint32_t except = ~0u) const;
+    // Whether it is less than `length` there.
+    bool below(double length, const glm::dvec3& world, std::uint32_t except = ~0u) const;
 };
 
 // Edges that are longer in the world are divided in the middle, until none is left. Whether an edge
@@ -44,6 +46,9 @@ struct Refined {
     EdgeLengths edges;
 };
 Refined refined(const Scene& scene, const Pose& pose, const RefinementLimits& limits = {});
+// The same scene again, from the lengths that were found for it, which is more than half of the
+// work.
+Scene refinedWith(const EdgeLengths& edges, const Scene& scene, const Pose& pose);
 
 // The vertices of a mesh: indices first .. first + count of Scene::vertices.
 struct VertexRange {

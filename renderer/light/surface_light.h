@@ -3,6 +3,7 @@
 // each vertex of each instance that does not move.
 #pragma once
 
+#include "light/refinement.h"
 #include "scene/scene.h"
 
 #include <glm/glm.hpp>
@@ -85,6 +86,7 @@ struct SurfaceLight {
     double share = 0.0;  // of the computation that is completed, 0..1
     // The scene with refined meshes, to which the values belong.
     std::shared_ptr<const Scene> scene;
+    EdgeLengths edges;  // with which they were refined
     // The value of vertex v of an instance is values[firstOfInstance[instance] + v], or one for all
     // vertices; see isConstant(). values[0] is the light of an open environment. Instance moving[i]
     // has values[1 + i], which depends on the pose: lightOfMoving().

@@ -37,6 +37,17 @@ Scene lampOverFloor(float emitted, bool ball) {
     return scene;
 }
 
+FrameRequest requestOfLamp() {
+    FrameRequest r;
+    r.scene = "lamp";
+    r.width = r.height = 32;
+    r.camera.position = {1.5, 0.0, 0.7};
+    r.camera.target = {0.0, 0.0, 0.0};
+    r.output.format = OutputFormat::npy;
+    r.effects.indirectLight = true;
+    return r;
+}
+
 // What one start of the program does: a frame with complete light.
 struct Start {
     std::vector<std::byte> picture;
@@ -54,13 +65,7 @@ Start start(LightOptions options, float emitted = 4.0f, bool ball = false) {
     {
         Renderer renderer({.light = options});
         renderer.addScene(lampOverFloor(emitted, ball));
-        FrameRequest r;
-        r.scene = "lamp";
-        r.width = r.height = 32;
-        r.camera.position = {1.5, 0.0, 0.7};
-        r.camera.target = {0.0, 0.0, 0.0};
-        r.output.format = OutputFormat::npy;
-        r.effects.indirectLight = true;
+        const FrameRequest r = requestOfLamp();
         result.revisionAtFirst = renderer.render(r).light.revision;
         const LightState light = renderer.completeLight(r);
         EXPECT_TRUE(light.complete) << light.failure;
@@ -114,6 +119,40 @@ TEST(LightFiles, StoredLightHasWhatMoves) {
     EXPECT_FALSE(start({}, 4.0f, false).picture == first.picture);
 }
 
+// The first frame finds refined meshes that were made and uploaded before it. At rest they are
+// freed unless a frame shows them.
+TEST(LightFiles, StoredLightIsReadByTheWarmUp) {
+    const TemporaryFolder folder;
+    const Start first = start({.folder = folder.path()});
+    const LightOptions options{.background = false,
+                               .addedTriangles = 2000,
+                               .places = 2000,
+                               .folder = folder.path()};
+    Renderer renderer({.light = options});
+    renderer.addScene(lampOverFloor(4.0f, false));
+    const FrameRequest r = requestOfLamp();
+    const auto warmUp = [&] {
+        WarmUp steps = renderer.beginWarmUp({r});
+        while (renderer.advance(steps)) {
+        }
+    };
+    const auto uploadedByFrame = [&] {
+        const std::uint64_t before = renderer.counters().bytesShared;
+        const Frame frame = renderer.render(r);
+        EXPECT_EQ(frame.light.revision, first.revision);
+        EXPECT_TRUE(frame.image.data == first.picture);
+        return renderer.counters().bytesShared - before;
+    };
+    warmUp();
+    renderer.releaseScratch();
+    EXPECT_GT(uploadedByFrame(), 0u) << "a standby at rest holds the scene once";
+    renderer.releaseScratch();
+    EXPECT_EQ(uploadedByFrame(), 0u) << "a frame shows it";
+    renderer.addScene(lampOverFloor(4.0f, false));
+    warmUp();
+    EXPECT_EQ(uploadedByFrame(), 0u);
+}
+
 TEST(LightFiles, OtherLightAndOtherVersionsAreOtherFiles) {
     const TemporaryFolder folder;
     const Start bright = start({.folder = folder.path(), .version = "1"});
@@ -136,9 +175,9 @@ TEST(LightFiles, DamagedFilesAreReplaced) {
                                         good + "more",
                                         std::string(good.size(), '\xff'),
                                         contentOf(filesIn(other.path()).at(0))};
-    // One bit: of each field of the header, of the instances, of the values.
-    for (const std::size_t at :
-         std::initializer_list<std::size_t>{0, 8, 12, 16, 24, 32, 40, 48, 57, good.size() - 1}) {
+    // One bit: of each field of the header, of the bodies, of the values.
+    for (const std::size_t at : std::initializer_list<std::size_t>{
+             0, 8, 12, 16, 24, 32, 40, 48, 57, 80, 96, 108, 112, 120, 128, 140, good.size() - 1}) {
         damaged.push_back(good);
         damaged.back()[at] = static_cast<char>(damaged.back()[at] ^ 1);
     }

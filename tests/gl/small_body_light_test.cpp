@@ -46,6 +46,24 @@ TEST_F(SmallBodies, DarkenAWideFloor) {
     EXPECT_LT(std::sqrt(squares / compared), 0.01);
 }
 
+// As light that is stored on disk has it done.
+TEST(EdgesNearBodies, DivideASceneAgain) {
+    Scene scene;
+    place(scene, quad(50.0f, addMaterial(scene, lambert(0.5f))));
+    place(scene, sphere(0.125f, 32, addMaterial(scene, lambert(0.5f))), moved(1.0, 0.0, 0.125));
+    const Pose pose = restPose(scene);
+    const light::Refined made = light::refined(scene, pose);
+    const Scene again = light::refinedWith(made.edges, scene, pose);
+    EXPECT_GT(made.scene.indices.size(), 2 * scene.indices.size());
+    EXPECT_TRUE(again.indices == made.scene.indices);
+    EXPECT_EQ(again.vertices.size(), made.scene.vertices.size());
+    for (const glm::dvec3 point : {glm::dvec3(0.0), {0.9, 0.0, 0.0}, {20.0, -3.0, 0.1}}) {
+        const double length = made.edges.at(point);
+        EXPECT_TRUE(made.edges.below(1.001 * length, point));
+        EXPECT_FALSE(made.edges.below(0.999 * length, point));
+    }
+}
+
 // A flat lamp covers a part of the ceiling that is as bright as the lamp itself.
 TEST(EdgesNearBodies, AreNotShorterNearFlatLamps) {
     Scene scene;
