@@ -63,13 +63,17 @@ LightRays::LightRays(const BakeInput& input, const BakeQuality& quality)
     emitters_ = emittersOf(input, tree_, faces_);
 }
 
+// A direction of the axes of the map.
+glm::vec3 LightRays::inWorld(const glm::vec3& direction) const {
+    return {glm::transpose(input_.mapFromWorld) * glm::dvec3(direction)};
+}
+
 glm::vec3 LightRays::startOf(const Receiver& point, float side) const {
-    const glm::vec3 normal(glm::transpose(input_.mapFromWorld) * glm::dvec3(point.normal));
-    return point.start + normal * (side * offset_);
+    return point.start + inWorld(point.normal) * (side * offset_);
 }
 
 float LightRays::clearanceAbove(const Receiver& point) const {
-    const glm::vec3 normal(glm::transpose(input_.mapFromWorld) * glm::dvec3(point.normal));
+    const glm::vec3 normal = inWorld(point.normal);
     // Nearer than other rays, because surfaces that lie on each other are.
     const glm::vec3 start = point.position + normal * (0.01f * offset_);
     rays::TriangleHit hit;
@@ -91,8 +95,15 @@ glm::vec3 LightRays::shareOf(const PlacedLight& lamp, const glm::vec3& start,
         const glm::vec3 way = glm::normalize(along * reach + x * (radius * std::cos(turn)) +
                                              y * (radius * std::sin(turn)));
         const float limit = std::min(distance / std::max(glm::dot(way, along), 1e-6f), 1e30f);
-        const rays::SurfaceHit hit = tracer_->surfaceAlong(start, way, 0.0f, 1e-3f, limit);
-        if (!hit.met) sum += hit.share;
+        const glm::vec3 world = inWorld(way);
+        rays::TriangleHit first;
+        if (!tree_.nearestHit(&start.x, &world.x, first) || first.distance >= limit) {
+            sum += glm::vec3(1.0f);
+        } else if (!plainFace(first, world)) {
+            const rays::SurfaceHit hit =
+                tracer_->surfaceAlong(start, way, 0.0f, 1e-3f, limit, &first);
+            if (!hit.met) sum += hit.share;
+        }
     }
     return soft ? sum / static_cast<float>(kLampRays) : sum;
 }
@@ -137,35 +148,40 @@ float LightRays::randomWeight(float cosine, float facing, float distance, float 
     return atRandom / std::max(atRandom + sent, 1e-30f);
 }
 
+const Face* LightRays::plainFace(const rays::TriangleHit& hit, const glm::vec3& world) const {
+    const Face& face = faces_[hit.place];
+    const bool front = glm::dot(face.normal, world) < 0.0f;
+    return face.plain && (front || face.twoSided) ? &face : nullptr;
+}
+
 // The light along a ray. cosine: between it and the normal of the surface that it leaves; below 0
 // if it leaves none, and no other rays are sent to emitters.
 LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along,
                                 float cosine) const {
-    const glm::vec3 world(glm::transpose(input_.mapFromWorld) * glm::dvec3(along));
+    const glm::vec3 world = inWorld(along);
     rays::TriangleHit hit;
     if (!tree_.nearestHit(&start.x, &world.x, hit)) return {};
-    const Face& face = faces_[hit.place];
-    const bool front = glm::dot(face.normal, world) < 0.0f;
-    if (face.plain && (front || face.twoSided)) {
+    if (const Face* const face = plainFace(hit, world)) {
         const BvhTriangle& t = tree_.triangle(hit.place);
         const std::uint32_t* corners =
             &input_.scene->indices[3 * static_cast<std::size_t>(t.triangle)];
         const float weights[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
         Seen seen{.met = true};
         seen.light =
-            face.albedo * radiosity_->sentFrom(*places_, static_cast<std::uint32_t>(t.instance),
-                                               corners, weights, -along);
-        if (face.density > 0.0f) {
-            const float facing =
-                std::abs(glm::dot(face.normal, world)) / std::max(glm::length(face.normal), 1e-30f);
-            seen.emitted = face.emitted;
+            face->albedo * radiosity_->sentFrom(*places_, static_cast<std::uint32_t>(t.instance),
+                                                corners, weights, -along);
+        if (face->density > 0.0f) {
+            const float facing = std::abs(glm::dot(face->normal, world)) /
+                                 std::max(glm::length(face->normal), 1e-30f);
+            seen.emitted = face->emitted;
             if (cosine >= 0.0f) {
-                seen.emitted *= randomWeight(cosine, facing, hit.distance, face.density);
+                seen.emitted *= randomWeight(cosine, facing, hit.distance, face->density);
             }
         }
         return seen;
     }
-    const rays::SurfaceHit passing = tracer_->surfaceAlong(start, along, 0.0f, 0.1f);
+    const rays::SurfaceHit passing =
+        tracer_->surfaceAlong(start, along, 0.0f, 0.1f, rays::kNoLimit, &hit);
     Seen seen{.met = passing.met, .begins = passing.begins, .share = passing.share};
     if (passing.met) {
         seen.light = passing.share * passing.albedo *
@@ -285,9 +301,14 @@ void LightRays::sampleEmitters(const Receiver& point, std::uint32_t place, int s
         const glm::vec3 face = glm::normalize(glm::cross(chosen->ab, chosen->ac));
         const float facing = std::abs(glm::dot(face, way / distance));
         if (!(cosine > 0.0f)) continue;
+        const glm::vec3 world = way / distance;
+        const float least = distance * 0.999f - 2.0f * offset_, limit = distance * 1.001f + offset_;
+        rays::TriangleHit first;
+        if (!tree_.nearestHit(&start.x, &world.x, first) || first.distance >= limit) continue;
+        if (first.distance < least && plainFace(first, world)) continue;
         const rays::SurfaceHit hit =
-            tracer_->surfaceAlong(start, along, 0.0f, 1e-3f, distance * 1.001f + offset_);
-        if (!hit.met || hit.distance < distance * 0.999f - 2.0f * offset_) continue;
+            tracer_->surfaceAlong(start, along, 0.0f, 1e-3f, limit, &first);
+        if (!hit.met || hit.distance < least) continue;
         const float sent = distance * distance * chosen->density / std::max(facing, 1e-6f);
         const float weight =
             chosen->plain ? 1.0f - randomWeight(cosine, facing, distance, chosen->density) : 1.0f;

@@ -76,9 +76,13 @@ private:
         glm::vec3 emitted{0.0f};  // times the weight of rays that meet emitters at random
     };
     Seen look(const glm::vec3& start, const glm::vec3& along, float cosine) const;
+    // The face of a hit, if the ray can meet nothing else; null if it may pass the face, which
+    // PathTracer::surfaceAlong() finds out. world: the ray's direction, axes of the world.
+    const Face* plainFace(const rays::TriangleHit& hit, const glm::vec3& world) const;
     float randomWeight(float cosine, float facing, float distance, float density) const;
     glm::vec3 shareOf(const PlacedLight& lamp, const glm::vec3& start, const glm::vec3& along,
                       float distance) const;
+    glm::vec3 inWorld(const glm::vec3& direction) const;
     glm::vec3 startOf(const Receiver& point, float side) const;
     float weightAmongSkyRays(float cosine, const glm::vec3& along) const;
     void sampleSky(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,

@@ -169,10 +169,12 @@ Path PathTracer::open(const RecordedRay& ray, Ray kind) const {
 }
 
 SurfaceHit PathTracer::surfaceAlong(const glm::vec3& start, const glm::vec3& along, float width,
-                                    float spread, float limit) const {
+                                    float spread, float limit, const TriangleHit* first) const {
     shader::scene = scene_.get();
-    return shader::surfaceAlong({start.x, start.y, start.z}, {along.x, along.y, along.z},
-                                {width, spread, 0.0f}, limit);
+    const vec3 from = vectorOf(start), way = vectorOf(along);
+    return shader::surfaceAlong(
+        from, way, {width, spread, 0.0f}, limit,
+        first ? shader::hitOf(*first) : shader::nearest(from, shader::worldAxes(way)));
 }
 
 std::optional<PointHit> PathTracer::pointAlong(const glm::vec3& start, const glm::vec3& along,

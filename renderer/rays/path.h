@@ -10,6 +10,7 @@
 #include "rays/hits.h"
 #include "rays/record.h"
 #include "rays/surroundings.h"
+#include "rays/triangle_tree.h"
 
 #include <glm/glm.hpp>
 
@@ -20,6 +21,8 @@
 namespace clerestory::rays {
 
 enum class Ray { mirrored, transmitted };
+
+inline constexpr float kNoLimit = 1e30f;  // metres
 
 // How many paths share a lobe that is rough; a smooth one has one path.
 struct Lobe {
@@ -59,9 +62,11 @@ public:
 
     // start: world axes, relative to the tree's origin. along: unit, eye space's axes. width,
     // spread: of the cone that the ray represents, metres at its start and slope. Glass does not
-    // refract. limit: metres; what is farther away is not met.
+    // refract. limit: metres; what is farther away is not met. first: the nearest hit, if it is
+    // known.
     SurfaceHit surfaceAlong(const glm::vec3& start, const glm::vec3& along, float width,
-                            float spread, float limit = 1e30f) const;
+                            float spread, float limit = kNoLimit,
+                            const TriangleHit* first = nullptr) const;
     // Arguments as surfaceAlong().
     std::optional<PointHit> pointAlong(const glm::vec3& start, const glm::vec3& along, float width,
                                        float spread) const;

@@ -32,12 +32,15 @@ struct Hit {
     int place;
     vec2 weights;
 };
+Hit hitOf(const TriangleHit& hit) {
+    return {hit.distance, static_cast<int>(hit.place), vec2(hit.u, hit.v)};
+}
 Hit nearest(vec3 origin, vec3 direction) {
     TriangleHit hit;
     if (!scene->triangles.tree->nearestHit(&origin.x, &direction.x, hit)) {
         return {kFarAway, -1, vec2(0.0f)};
     }
-    return {hit.distance, static_cast<int>(hit.place), vec2(hit.u, hit.v)};
+    return hitOf(hit);
 }
 Hit traceClosest(vec3 origin, vec3 direction, float, float) {
     const Hit hit = nearest(origin, direction);

@@ -9,7 +9,7 @@ namespace clerestory::rays::shader {
 #pragma GCC diagnostic ignored "-Wunused-function"
 namespace {
 
-SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit);
+SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit, Hit hit);
 
 // Whether a ray may pass the surface: holes, blended surfaces, glass.
 bool mayPass(const Hit& hit) {
@@ -34,7 +34,7 @@ vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres
     const Hit hit = nearest(start, worldAxes(toLight));
     if (hit.place < 0 || hit.distance >= limit) return vec3(1.0f);
     if (!mayPass(hit)) return vec3(0.0f);
-    const SurfaceHit met = surfaceAlong(start, toLight, {0.0f, 0.0f, 0.0f}, limit);
+    const SurfaceHit met = surfaceAlong(start, toLight, {0.0f, 0.0f, 0.0f}, limit, hit);
     return met.met ? vec3(0.0f) : vec3(met.share.x, met.share.y, met.share.z);
 }
 
@@ -133,14 +133,14 @@ vec3 throughFace(const HitPoint& p, vec3 along, float clarity) {
     return clarity * color * paneShares(fresnel, clear).transmitted;
 }
 
-// See PathTracer::surfaceAlong().
-SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit) {
+// See PathTracer::surfaceAlong(). hit: the nearest one.
+SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit, Hit hit) {
     SurfaceHit result;
     vec3 share(1.0f);
     Medium medium;
     float left = limit;
     for (int passed = 0; passed < kMaxSurfaces && maxComponent(share) > 1e-3f; ++passed) {
-        const Hit hit = nearest(start, worldAxes(along));
+        if (passed > 0) hit = nearest(start, worldAxes(along));
         if (hit.place < 0 || hit.distance >= left) {
             result.share = plain(share);
             return result;
