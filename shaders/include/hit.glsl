@@ -33,6 +33,7 @@ struct HitPoint {
 
 // Texels counted from a picture's corner, brought into it.
 vec2 wrapped(vec2 texel, vec2 size, vec2 mode) {
+    if (texel.x >= 0.0f && texel.y >= 0.0f && texel.x < size.x && texel.y < size.y) return texel;
     vec2 repeated = texel - size * floor(texel / size);
     vec2 twice = texel - 2.0f * size * floor(0.5f * texel / size);
     vec2 mirrored = min(twice, 2.0f * size - 1.0f - twice);
@@ -99,6 +100,7 @@ int slotRow(int material, int slot) {
 vec4 slotAtHit(int material, int slot, HitCoordinates c, float width, bool blended) {
     vec4 uRow = texelFetch(traceMaterials, slotRow(material, slot));
     vec4 vRow = texelFetch(traceMaterials, slotRow(material, slot) + 1);
+    if (vRow.w < 0.5f) return vec4(1.0f);
     vec2 uv = c.uv0;
     float perMetre = c.perMetre0;
     if (hitHas(FEATURE_SECOND_TEXCOORD)) {
@@ -109,9 +111,7 @@ vec4 slotAtHit(int material, int slot, HitCoordinates c, float width, bool blend
         uv = vec2(dot(uRow.xyz, vec3(uv, 1.0f)), dot(vRow.xyz, vec3(uv, 1.0f)));
         perMetre *= sqrt(abs(uRow.x * vRow.y - uRow.y * vRow.x));
     }
-    bool present = vRow.w > 0.5f;
-    vec4 texel = textureAtHit(max(vRow.w, 1.0f), uv, width * perMetre, blended);
-    return present ? texel : vec4(1.0f);
+    return textureAtHit(vRow.w, uv, width * perMetre, blended);
 }
 
 // ---- vertices ----------------------------------------------------------------------------------
