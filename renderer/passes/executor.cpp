@@ -304,7 +304,7 @@ Execution Executor::run(const ExecutionInput& input, Readback readback,
     if (const auto tracer = tracers_.find(&input.scene); tracer != tracers_.end()) {
         result.mapBytes += tracer->second.bytes();
     }
-    for (const auto* tracers : {&processorTracers_, &flowTracers_}) {
+    for (auto* tracers : {&processorTracers_, &flowTracers_}) {
         const auto tracer = tracers->find(&input.scene);
         if (tracer != tracers->end()) result.mapBytes += tracer->second.bytes();
     }

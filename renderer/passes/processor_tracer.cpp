@@ -25,9 +25,14 @@ void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
     std::vector<float> sides = sidesOf(scene, materials);
     const bool sidesChanged = !built_ || sides != sides_;
     if (sidesChanged) {
+        finishTree();
         BvhTriangles still = stillTriangles(scene, pose, materials);
         origin_ = still.origin;
-        tree_.setStill(std::move(still.triangles));
+        stillTriangles_ = still.triangles.size();
+        building_ = std::async(std::launch::async,
+                               [&tree = tree_, triangles = std::move(still.triangles)]() mutable {
+                                   tree.setStill(std::move(triangles));
+                               });
     }
     if (materialsChanged) {
         materials_ = materialRows(scene, plan);
@@ -35,7 +40,9 @@ void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
         materials_.insert(materials_.end(), texels_->rows.begin(), texels_->rows.end());
     }
     if (moved || sidesChanged) {
-        tree_.setMoving(movingTriangles(scene, pose, materials, tree_.stillTriangles()).triangles);
+        auto moving = movingTriangles(scene, pose, materials, stillTriangles_).triangles;
+        if (!moving.empty()) finishTree();
+        tree_.setMoving(std::move(moving));
     }
     if (moved && !pose.deformed.empty()) {
         if (vertices_.empty()) vertices_ = scene.vertices;
@@ -50,6 +57,10 @@ void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
     ownMaterials_ = plan.materials;
     rays_ = *plan.rays;
     built_ = true;
+}
+
+void ProcessorTracer::finishTree() {
+    if (building_.valid()) building_.get();
 }
 
 void ProcessorTracer::bind(const glm::dvec3& eye, const OwnBackground& background) {
@@ -106,6 +117,7 @@ const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows, const Ta
 
 rays::Surroundings ProcessorTracer::sceneAround(const FramePlan& plan, DrawStream& draws,
                                                 const Target* environment) {
+    finishTree();
     const Scene& scene = scene_.scene();
     instances_ = instanceRows(scene, rays_, draws);
     return {.tree = tree_,
@@ -199,7 +211,8 @@ void ProcessorTracer::releaseScratch() {
     std::vector<glm::vec4>().swap(radiance_);
 }
 
-std::uint64_t ProcessorTracer::bytes() const {
+std::uint64_t ProcessorTracer::bytes() {
+    finishTree();
     return tree_.bytes() + texels_->bytes.size() + materials_.size() * sizeof(glm::vec4) +
            vertices_.size() * sizeof(Vertex) + depths_.depths.size() * sizeof(float) +
            depths_.tints.size() * sizeof(std::uint64_t);

@@ -11,6 +11,7 @@
 #include "rays/follow.h"
 
 #include <array>
+#include <future>
 #include <memory>
 #include <optional>
 #include <span>
@@ -27,6 +28,7 @@ public:
     explicit ProcessorTracer(const GpuScene& scene);
 
     // Updates what changed with the pose or with the plan's materials and rays. Requires plan.rays.
+    // The hierarchy of what stays is built on another thread, which the first ray waits for.
     void prepare(const FramePlan& plan, const Pose& pose);
     // Binds the uniform block that programs with RECORDS_RAYS read; eye: world.
     void bind(const glm::dvec3& eye, const OwnBackground& background);
@@ -54,7 +56,7 @@ public:
     const rays::Surroundings& beginLookups(const FramePlan& plan, DrawStream& draws);
     const glm::dvec3& origin() const { return origin_; }
 
-    std::uint64_t bytes() const;
+    std::uint64_t bytes();
     // Frees the copies of shadow maps and the tables of the last pass. The next pass fills them
     // again.
     void releaseScratch();
@@ -67,8 +69,12 @@ private:
     const rays::CubeMap& cubeOf(const Target* environment);
     const rays::ShadowMap& depthsOf(const Target& shadows, const Target* tints);
 
+    void finishTree();
+
     const GpuScene& scene_;
     rays::TriangleTree tree_;
+    std::size_t stillTriangles_ = 0;
+    std::future<void> building_;  // tree_; after it, so that it ends before
     std::shared_ptr<const TracedTexels> texels_;
     std::vector<glm::vec4> materials_;  // then the textures
     std::size_t firstTextureRow_ = 0;

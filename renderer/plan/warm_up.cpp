@@ -53,6 +53,7 @@ public:
         for (const Pass& pass : plan_.passes) {
             std::visit([&](const auto& work) { add(pass, work); }, pass.work);
         }
+        passes_.insert(passes_.end(), last_.begin(), last_.end());
         return std::move(passes_);
     }
 
@@ -72,14 +73,15 @@ private:
         }
     }
 
-    // Builds the hierarchy of the scene, too.
+    // Last: it waits for the hierarchy of the scene, which another thread builds from the first
+    // record of rays on.
     void add(const Pass& pass, const FollowRays& work) {
         const TargetSpec& target = plan_.targets[pass.target];
         if (!planned_.rays.emplace(target.format, target.samples).second) return;
-        passes_.push_back(pass);
         FollowRays bare = work;
         bare.rect = {0, 0, 1, 1};
-        passes_.back().work = std::move(bare);
+        last_.push_back(pass);
+        last_.back().work = std::move(bare);
     }
 
     void add(const Pass& pass, const DrawScene& work) {
@@ -197,7 +199,7 @@ private:
 
     const FramePlan& plan_;
     WarmUpPrograms& planned_;
-    std::vector<Pass> passes_;
+    std::vector<Pass> passes_, last_;
 };
 
 }  // namespace

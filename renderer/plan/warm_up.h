@@ -22,8 +22,8 @@ public:
 
     // Draws every combination of program, material and pass type of `plan` once, into targets of a
     // few pixels; each program has a separate pass. Leaves out what plans of earlier calls draw.
-    // Passes keep their order. Only prefiltered environment maps are useful results: they have
-    // their full size and stay resident.
+    // Passes keep their order, but those that follow rays are last. Only prefiltered environment
+    // maps are useful results: they have their full size and stay resident.
     FramePlan plan(const FramePlan& plan);
 
 private:

@@ -11,21 +11,6 @@ using namespace clerestory::test;
 
 namespace {
 
-FramePlan planWith(Rays rays, const Scene& scene, const FrameRequest& request) {
-    const EnvironmentMap map = plainMap();
-    const Pose pose = poseAt(scene, 0.0);
-    return planFrame({.scene = scene,
-                      .pose = pose,
-                      .environment = map,
-                      .maps = {},
-                      .resident = {},
-                      .limits = {.rays = rays}},
-                     request);
-}
-FramePlan planOnProcessor(const Scene& scene, const FrameRequest& request) {
-    return planWith(Rays::processor, scene, request);
-}
-
 FrameRequest traced(FrameRequest request) {
     request.accuracy.curved = CurvedMethod::traced;
     request.accuracy.glass = GlassMethod::traced;
@@ -67,6 +52,29 @@ TEST(RayPlan, RecordsAreFollowedByTheNextPass) {
         }
         EXPECT_EQ(recordings, count(plan, "rays")) << x;
     }
+}
+
+// The next pass reads what a pass records, so that all pictures of a size record into the same
+// targets.
+TEST(RayPlan, RecordsOfOnePictureAreThoseOfTheNext) {
+    Scene scene = ballScene();
+    Material film = mirror();
+    film.alphaMode = AlphaMode::blend;
+    film.baseColor.a = 0.5f;
+    placeAt(scene, addBallMesh(scene, "film", addMaterial(scene, film)), at(0, 0, 2), "film");
+    updateContentHash(scene);
+    const FramePlan plan = planOnProcessor(scene, traced(lookingFrom({0.0, 0.2, 6.0})));
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<TargetId>> records, radiance;
+    std::size_t passes = 0;
+    for (const FollowRays& rays : worksOf<FollowRays>(plan)) {
+        const TargetSpec& spec = plan.targets[rays.radiance];
+        for (const TargetId id : rays.records) records[{spec.width, spec.height}].insert(id);
+        radiance[{spec.width, spec.height}].insert(rays.radiance);
+        ++passes;
+    }
+    ASSERT_GT(passes, records.size()) << toText(plan);
+    for (const auto& [size, ids] : records) EXPECT_EQ(ids.size(), 2u) << size.first;
+    for (const auto& [size, ids] : radiance) EXPECT_EQ(ids.size(), 1u) << size.first;
 }
 
 TEST(RayPlan, GlassHasTwoRaysAndBlendedSurfacesFollow) {

@@ -51,6 +51,21 @@ inline Scene ballScene() {
     return scene;
 }
 
+inline FramePlan planWith(Rays rays, const Scene& scene, const FrameRequest& request) {
+    const EnvironmentMap map = plainMap();
+    const Pose pose = poseAt(scene, 0.0);
+    return planFrame({.scene = scene,
+                      .pose = pose,
+                      .environment = map,
+                      .maps = {},
+                      .resident = {},
+                      .limits = {.rays = rays}},
+                     request);
+}
+inline FramePlan planOnProcessor(const Scene& scene, const FrameRequest& request) {
+    return planWith(Rays::processor, scene, request);
+}
+
 inline FrameRequest forced(FrameRequest request) {
     request.accuracy.planar = PlanarMethod::mirror;
     request.accuracy.curved = CurvedMethod::probe;

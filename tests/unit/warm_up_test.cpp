@@ -69,6 +69,21 @@ TEST(WarmUpPlan, LeavesOutWhatEarlierPlansDraw) {
     EXPECT_TRUE(std::includes(further.begin(), further.end(), left.begin(), left.end()));
 }
 
+// Another thread builds the hierarchy of the scene meanwhile.
+TEST(WarmUpPlan, FollowsRaysAfterEverythingElse) {
+    FrameRequest request = lookingFrom({0, 0.5, 6});
+    request.accuracy.curved = CurvedMethod::traced;
+    const FramePlan plan = planOnProcessor(ballScene(), request);
+    const FramePlan warm = WarmUpPlanner().plan(plan);
+    const auto follows = [](const Pass& pass) {
+        return std::holds_alternative<FollowRays>(pass.work);
+    };
+    EXPECT_FALSE(follows(plan.passes.back()));
+    const auto first = std::find_if(warm.passes.begin(), warm.passes.end(), follows);
+    EXPECT_NE(first, warm.passes.end()) << toText(warm);
+    EXPECT_TRUE(std::all_of(first, warm.passes.end(), follows)) << toText(warm);
+}
+
 TEST(WarmUpPlan, KeepsEnvironmentMapsAndShrinksOtherTargets) {
     const FramePlan plan = planOfBalls();
     const FramePlan warm = WarmUpPlanner().plan(plan);

@@ -1,6 +1,7 @@
 #include "plan/effects/ray_tracing.h"
 
 #include "plan/graph/features.h"
+#include "plan/graph/plan_hash.h"
 #include "plan/visibility/lighting.h"
 #include "plan/visibility/mirror.h"
 #include "plan/visibility/visibility.h"
@@ -149,19 +150,31 @@ private:
         context_.builder.addPass(std::move(follow));
     }
 
-    TargetId sizedAs(TargetId target, const char* name, Format format, std::uint32_t samples = 1) {
+    // Of the size of `target`. All views of that size share it: what a pass writes there, the next
+    // one reads. number: of those with this name.
+    TargetId sizedAs(TargetId target, const char* name, Format format, std::uint32_t samples = 1,
+                     std::uint32_t number = 0) {
         const TargetSpec drawn = context_.builder.target(target);
-        return context_.builder.addTarget({.name = name,
-                                           .format = format,
-                                           .width = drawn.width,
-                                           .height = drawn.height,
-                                           .samples = samples});
+        PlanHash key;
+        key.add(name);
+        key.add(number);
+        key.add(samples);
+        key.add(drawn.width);
+        key.add(drawn.height);
+        if (const auto shared = context_.builder.shared(key.value())) return *shared;
+        const TargetId added = context_.builder.addTarget({.name = name,
+                                                           .format = format,
+                                                           .width = drawn.width,
+                                                           .height = drawn.height,
+                                                           .samples = samples});
+        context_.builder.share(key.value(), added);
+        return added;
     }
-    std::vector<TargetId> recordTargets(TargetId target, int count) {
+    std::vector<TargetId> recordTargets(TargetId target, std::uint32_t count) {
         std::vector<TargetId> targets;
-        for (int i = 0; i < count; ++i) {
+        for (std::uint32_t i = 0; i < count; ++i) {
             targets.push_back(sizedAs(target, "records of rays", Format::rgba32ui,
-                                      context_.builder.target(target).samples));
+                                      context_.builder.target(target).samples, i));
         }
         return targets;
     }
