@@ -41,13 +41,13 @@ std::uint32_t edgeOfMap(std::uint32_t texels) {
 constexpr Features kHoles = FEATURE_BASE_COLOR_MAP | FEATURE_VERTEX_COLOR |
                             FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD;
 
-Features featuresOfCaster(const Stage&, const SeenSurface& seen, const SeenView&) {
+Features featuresOfCaster(const CastingSurface& seen, Features) {
     constexpr Features kShape = FEATURE_MASK | FEATURE_DOUBLE_SIDED;
     return seen.features & ((seen.features & FEATURE_MASK) != 0 ? kShape | kHoles : kShape);
 }
 
 // Both faces of solid glass count: light is absorbed between them.
-Features featuresOfTint(const Stage&, const SeenSurface& seen, const SeenView& all) {
+Features featuresOfTint(const CastingSurface& seen, Features ofGlass) {
     constexpr Features kLook = kHoles | FEATURE_MASK | FEATURE_BLEND | FEATURE_DOUBLE_SIDED |
                                FEATURE_DEFAULT_NUMBERS | FEATURE_METALLIC_ROUGHNESS_MAP |
                                FEATURE_PACKED_NORMAL;
@@ -55,15 +55,15 @@ Features featuresOfTint(const Stage&, const SeenSurface& seen, const SeenView& a
     if (seen.surface->glass == Glass::none) return features;
     const bool solid = seen.surface->glass == Glass::solid;
     features |= FEATURE_GLASS | (solid ? FEATURE_SOLID | FEATURE_DOUBLE_SIDED : 0);
-    features |= all.glassFeatures & (FEATURE_TRANSMISSION_MAP | FEATURE_TEXTURE_TRANSFORM |
-                                     FEATURE_SECOND_TEXCOORD | (solid ? 0 : FEATURE_THICKNESS_MAP));
+    features |= ofGlass & (FEATURE_TRANSMISSION_MAP | FEATURE_TEXTURE_TRANSFORM |
+                           FEATURE_SECOND_TEXCOORD | (solid ? 0 : FEATURE_THICKNESS_MAP));
     return features;
 }
 
 // A part of the surfaces that a shadow map or a map of tints shows.
 struct Shown {
     std::function<bool(const Surface&)> contains;
-    Features (*featuresOf)(const Stage&, const SeenSurface&, const SeenView&);
+    Features (*featuresOf)(const CastingSurface&, Features ofGlass);
 };
 
 // See Draw::middle. 0 for a lamp within the bounds of the body: the light may begin inside.
@@ -80,15 +80,14 @@ float middleFrom(const Stage& stage, const View& view, const Instance& instance)
 
 std::vector<Draw> drawsFrom(const Stage& stage, const View& view, const Shown& shown) {
     std::vector<Draw> draws;
-    const SeenView all = seenFrom(stage, view);
-    for (const SeenSurface& seen : all.surfaces) {
-        if (!shown.contains(*seen.surface)) continue;
-        const Features features = shown.featuresOf(stage, seen, all);
+    const Features ofGlass = featuresOfGlassTextures(stage);
+    for (const CastingSurface& seen : castersFrom(stage, view, shown.contains)) {
+        const Features features = shown.featuresOf(seen, ofGlass);
         std::optional<float> middle;
         if ((features & FEATURE_SOLID) != 0) {
             middle = middleFrom(stage, view, stage.scene.instances[seen.surface->instance]);
         }
-        for (const SeenCluster& cluster : seen.clusters) {
+        for (const CastingSurface::Cluster& cluster : seen.clusters) {
             draws.push_back({.instance = seen.surface->instance,
                              .material = seen.surface->material,
                              .firstIndex = cluster.firstIndex,

@@ -236,6 +236,50 @@ Cluster joinedClusters(const Stage& stage, const Mesh& mesh, std::uint32_t& clus
     return sum;
 }
 
+// Which clusters are in the view, surface by surface.
+class Culling {
+public:
+    Culling(const Stage& stage, const View& view)
+        : stage_(stage), view_(view), frustum_(frustumOf(view)) {}
+
+    // use(cluster, box relative to the eye): of each one in view; small ones are joined. Returns
+    // the number of the others.
+    template <class Use>
+    std::uint64_t eachInView(const Surface& surface, const Use& use) {
+        const Instance& instance = stage_.scene.instances[surface.instance];
+        const Mesh& mesh = stage_.scene.meshes[instance.mesh];
+        if (testedInstance_ != surface.instance) {
+            testedInstance_ = surface.instance;
+            toEye_ = eyeFromLocal(view_, stage_.pose.worldFromNode[instance.node]);
+            instanceOutside_ = outside(frustum_, transformed(boundsOf(stage_.pose, mesh), toEye_));
+        }
+        if (instanceOutside_) return surface.clusterCount;
+        std::uint64_t culled = 0;
+        const std::uint32_t end = surface.firstCluster + surface.clusterCount;
+        for (std::uint32_t c = surface.firstCluster; c < end;) {
+            const std::uint32_t first = c;
+            const Cluster cluster = joinedClusters(stage_, mesh, c, end);
+            const Bounds box = transformed(cluster.bounds, toEye_);
+            if (outside(frustum_, box) || clippedAway(view_, box)) {
+                culled += c - first;
+            } else {
+                use(cluster, box);
+            }
+        }
+        return culled;
+    }
+    // Of the last surface.
+    const glm::dmat4& toEye() const { return toEye_; }
+
+private:
+    const Stage& stage_;
+    const View& view_;
+    const Frustum frustum_;
+    Index testedInstance_ = kNone;
+    bool instanceOutside_ = false;
+    glm::dmat4 toEye_{1.0};
+};
+
 double indexCount(const Stage& stage, const Surface& surface) {
     double indices = 0.0;
     for (std::uint32_t c = 0; c < surface.clusterCount; ++c) {
@@ -309,33 +353,27 @@ Features featuresOfGlass(const Stage& stage) {
 
 }  // namespace
 
+Features featuresOfGlassTextures(const Stage& stage) {
+    Features all = 0;
+    for (const Surface& surface : stage.surfaces) {
+        if (surface.glass != Glass::none) all |= glassTextures(stage.material(surface));
+    }
+    return all;
+}
+
 SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::size_t> hidden) {
     SeenView result;
     const Scene& scene = stage.scene;
-    const Frustum frustum = frustumOf(view);
-    Index testedInstance = kNone;  // whose bounds were tested last
-    bool instanceOutside = false;
-    glm::dmat4 toEye(1.0);
+    Culling culling(stage, view);
     std::vector<ScreenBox> rects;  // of the surface's clusters
+    result.glassFeatures = featuresOfGlassTextures(stage);
     for (std::size_t i = 0; i < stage.surfaces.size(); ++i) {
         const Surface& surface = stage.surfaces[i];
         const Material& material = stage.material(surface);
-        const Instance& instance = scene.instances[surface.instance];
-        const Mesh& mesh = scene.meshes[instance.mesh];
+        const Mesh& mesh = scene.meshes[scene.instances[surface.instance].mesh];
         const Features features = materialFeatures(scene, material, mesh, stage.settings.effects);
         result.sharedFeatures |= features & (stage.fewPrograms ? kSharedByFew : kShared);
-        if (surface.glass != Glass::none) result.glassFeatures |= glassTextures(material);
         if (std::binary_search(hidden.begin(), hidden.end(), i)) continue;
-        result.clusters += surface.clusterCount;
-        if (testedInstance != surface.instance) {
-            testedInstance = surface.instance;
-            toEye = eyeFromLocal(view, stage.pose.worldFromNode[instance.node]);
-            instanceOutside = outside(frustum, transformed(boundsOf(stage.pose, mesh), toEye));
-        }
-        if (instanceOutside) {
-            result.culled += surface.clusterCount;
-            continue;
-        }
         SeenSurface seen{.surface = &surface,
                          .features = features,
                          .primitive = mesh.primitive,
@@ -348,36 +386,49 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
         rects.clear();
         const bool opaque = mesh.primitive == Primitive::triangles &&
                             !(seen.features & (FEATURE_BLEND | FEATURE_MASK));
-        const std::uint32_t end = surface.firstCluster + surface.clusterCount;
-        for (std::uint32_t c = surface.firstCluster; c < end;) {
-            const std::uint32_t first = c;
-            const Cluster cluster = joinedClusters(stage, mesh, c, end);
-            const Bounds box = transformed(cluster.bounds, toEye);
-            if (outside(frustum, box) || clippedAway(view, box)) {
-                result.culled += c - first;
-                continue;
-            }
-            const ScreenBox rect = screenBox(view, box);
-            const double share = rect.share();
-            SeenCluster part{
-                cluster.firstIndex, cluster.indexCount, distanceTo(box), share, {}, box};
-            if (!unlit) {
-                std::uint32_t reaching = 0;
-                part.lights = lightsReaching(stage.lights, view.eye, box, reaching);
-                result.maxLights = std::max(result.maxLights, reaching);
-            }
-            if (opaque) result.overdraw += kBoxFill * share;
-            rects.push_back(rect);
-            seen.box.add(box);
-            seen.clusters.push_back(part);
-            result.triangles += cluster.indexCount / indicesPer(mesh.primitive);
-            result.anyLit |= !unlit;
-            result.anyEmissive |= (seen.features & FEATURE_EMISSION) != 0;
-        }
+        result.clusters += surface.clusterCount;
+        result.culled +=
+            culling.eachInView(surface, [&](const Cluster& cluster, const Bounds& box) {
+                const ScreenBox rect = screenBox(view, box);
+                const double share = rect.share();
+                SeenCluster part{
+                    cluster.firstIndex, cluster.indexCount, distanceTo(box), share, {}, box};
+                if (!unlit) {
+                    std::uint32_t reaching = 0;
+                    part.lights = lightsReaching(stage.lights, view.eye, box, reaching);
+                    result.maxLights = std::max(result.maxLights, reaching);
+                }
+                if (opaque) result.overdraw += kBoxFill * share;
+                rects.push_back(rect);
+                seen.box.add(box);
+                seen.clusters.push_back(part);
+                result.triangles += cluster.indexCount / indicesPer(mesh.primitive);
+                result.anyLit |= !unlit;
+                result.anyEmissive |= (seen.features & FEATURE_EMISSION) != 0;
+            });
         const bool needsEffect =
             surface.glass != Glass::none || surface.reflector != Reflector::none;
-        if (needsEffect) seen.share = shareIn(stage, view, toEye, seen, rects);
+        if (needsEffect) seen.share = shareIn(stage, view, culling.toEye(), seen, rects);
         if (!seen.clusters.empty()) result.surfaces.push_back(std::move(seen));
+    }
+    return result;
+}
+
+std::vector<CastingSurface> castersFrom(const Stage& stage, const View& view,
+                                        const std::function<bool(const Surface&)>& contains) {
+    std::vector<CastingSurface> result;
+    Culling culling(stage, view);
+    for (const Surface& surface : stage.surfaces) {
+        if (!contains(surface)) continue;
+        CastingSurface casting{.surface = &surface};
+        culling.eachInView(surface, [&](const Cluster& cluster, const Bounds&) {
+            casting.clusters.push_back({cluster.firstIndex, cluster.indexCount});
+        });
+        if (casting.clusters.empty()) continue;
+        const Mesh& mesh = stage.scene.meshes[stage.scene.instances[surface.instance].mesh];
+        casting.features =
+            materialFeatures(stage.scene, stage.material(surface), mesh, stage.settings.effects);
+        result.push_back(std::move(casting));
     }
     return result;
 }
