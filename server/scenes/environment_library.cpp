@@ -51,6 +51,11 @@ std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::find(const std::string
     return builtin ? std::make_shared<const EnvironmentMap>(*std::move(builtin)) : nullptr;
 }
 
+bool EnvironmentLibrary::has(const std::string& name) const {
+    const std::vector<std::string> known = names();
+    return std::find(known.begin(), known.end(), name) != known.end();
+}
+
 std::vector<std::shared_ptr<const EnvironmentMap>> EnvironmentLibrary::fromFiles() const {
     std::vector<std::shared_ptr<const EnvironmentMap>> maps;
     for (const auto& [name, map] : files_) maps.push_back(map);

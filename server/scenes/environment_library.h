@@ -45,11 +45,13 @@ public:
                        std::shared_ptr<UploadStore> uploads, const ImportOptions& importUploads,
                        RenderQueue& queue);
 
-    // A built-in map or one of a file; null if there is none with this name.
+    // A built-in map, which is made each time, or one of a file; null if there is none with this
+    // name.
     std::shared_ptr<const EnvironmentMap> find(const std::string& name) const;
+    bool has(const std::string& name) const;
     // Those of files.
     std::vector<std::shared_ptr<const EnvironmentMap>> fromFiles() const;
-    // Of find(); built-in ones first.
+    // Those that find() knows; built-in ones first.
     std::vector<std::string> names() const;
     // The content hash of a map from a file; 0 for any other. The name of an upload is a hash.
     std::uint64_t hash(const std::string& name) const;

@@ -196,7 +196,7 @@ Scene SceneLibrary::make(SceneEntry& entry) {
 
 // The scene's sidecar file may name a map that is not loaded.
 void SceneLibrary::requireLight(Scene& scene) const {
-    if (!environments_.find(scene.environment)) lightWithSky(scene);
+    if (!environments_.has(scene.environment)) lightWithSky(scene);
 }
 
 }  // namespace clerestory
