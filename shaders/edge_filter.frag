@@ -1,6 +1,7 @@
 // Smooths edges of the display colour, after an idea of Lottes (FXAA, 2009): where brightness
 // changes within a pixel's neighbourhood, the pixel is blended with its surroundings along the edge
-// and never across it. VARIANT: 1 if the tone curve compresses bright colours, else 0.
+// and never across it. VARIANT: EDGES_COMPRESSED if the tone curve compresses bright colours,
+// EDGES_OF_SAMPLES if pixels have several samples.
 //
 // Alpha holds each pixel's brightness (see tone_map.frag), so that one gather reads four of them.
 #include "include/block_macros.glsl"
@@ -59,7 +60,7 @@ void addLookup(vec2 at, float share, inout Mean mean) {
 // right while they are proportional to light. Of very bright light a small part of a pixel is white: half
 // of the result assumes that the other side covers nothing or twice as much, with equal chance.
 vec3 blended(vec3 center, Mean mean) {
-    if (VARIANT == 0 || mean.brightest <= kRollOff) return mean.display;
+    if ((VARIANT & EDGES_COMPRESSED) == 0 || mean.brightest <= kRollOff) return mean.display;
     vec3 twice = max(2.0f * mean.light - uncompressed(center), vec3(0.0f));
     return 0.5f * mean.display + 0.25f * (center + compressed(twice));
 }
@@ -86,5 +87,6 @@ void main() {
     Mean mean = Mean(vec3(0.0f), vec3(0.0f), 0.0f);
     addLookup(gl_FragCoord.xy - 0.5f - away, 0.5f, mean);
     addLookup(gl_FragCoord.xy - 0.5f + away, 0.5f, mean);
-    color = vec4(blended(center.rgb, mean), 1.0f);
+    float share = (VARIANT & EDGES_OF_SAMPLES) != 0 ? EDGE_SHARE_OF_SAMPLES : 1.0f;
+    color = vec4(mix(center.rgb, blended(center.rgb, mean), share), 1.0f);
 }

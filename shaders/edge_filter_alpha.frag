@@ -36,5 +36,7 @@ void main() {
     vec4 after = textureLod(source, at + 0.25f * stride, 0.0f);
     vec2 contrast = most - least;
     bool edge = contrast.x > max(kMinContrast, kMinShare * most.x) || contrast.y > kMinContrast;
-    color = edge ? 0.5f * (before + after) : texelFetch(source, here, 0);
+    float share = (VARIANT & EDGES_OF_SAMPLES) != 0 ? EDGE_SHARE_OF_SAMPLES : 1.0f;
+    vec4 own = texelFetch(source, here, 0);
+    color = edge ? mix(own, 0.5f * (before + after), share) : own;
 }

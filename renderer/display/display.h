@@ -5,7 +5,7 @@
 //     display::Picture picture;
 //     display::toneMap({width, height, halves}, ToneMap::neutral, exposureFactor, true, picture);
 //     Image smoothed;
-//     display::smoothEdges(picture, smoothed);
+//     display::smoothEdges(picture, false, smoothed);
 //
 // Results do not depend on the number of threads. No function throws except std::bad_alloc.
 #pragma once
@@ -39,7 +39,8 @@ void toneMap(const Radiance& radiance, ToneMap curve, float exposureFactor, bool
              Picture& picture);
 
 // Blends pixels on edges with their surroundings along the edge; after an idea of Lottes (FXAA,
-// 2009). The picture has a brightness.
-void smoothEdges(const Picture& picture, Image& smoothed);
+// 2009). The picture has a brightness. ofSamples: its pixels are means of several samples, and are
+// blended in part.
+void smoothEdges(const Picture& picture, bool ofSamples, Image& smoothed);
 
 }  // namespace clerestory::display

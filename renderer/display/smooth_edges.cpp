@@ -2,6 +2,7 @@
 #include "display/display.h"
 #include "display/srgb_code.h"
 #include "image/bands.h"
+#include "shaders/include/bindings.glsl"
 
 #include <glm/glm.hpp>
 
@@ -19,6 +20,7 @@ constexpr int kMinContrast = 8;  // codes
 constexpr float kMinShare = 0.12f;
 // Pixels along the edge, each way. Long for edges near the axes, whose steps are long.
 constexpr float kReach = 1.25f;
+constexpr float kShareOfSamples = EDGE_SHARE_OF_SAMPLES;
 // Pixels that are tested at once.
 constexpr int kGroup = 32;
 
@@ -64,8 +66,9 @@ void eachContrast(const Rows& rows, int first, const Visit& visit) {
 
 class Smoothing {
 public:
-    explicit Smoothing(const Picture& picture)
+    Smoothing(const Picture& picture, bool ofSamples)
         : picture_(picture),
+          ofSamples_(ofSamples),
           width_(static_cast<int>(picture.image.width)),
           height_(static_cast<int>(picture.image.height)) {}
 
@@ -108,8 +111,11 @@ private:
         Mean mean;
         addLookup(static_cast<float>(x) - dx, static_cast<float>(y) - dy, mean);
         addLookup(static_cast<float>(x) + dx, static_cast<float>(y) + dy, mean);
-        const Color color = blended(rgba, mean);
-        for (int i = 0; i < 3; ++i) rgba[i] = codes_.code(std::min(color[i], 1.0f));
+        Color color = blended(rgba, mean);
+        for (int i = 0; i < 3; ++i) {
+            if (ofSamples_) color[i] = glm::mix(codes_.light(rgba[i]), color[i], kShareOfSamples);
+            rgba[i] = codes_.code(std::min(color[i], 1.0f));
+        }
     }
 
     Color blended(const std::uint8_t* center, const Mean& mean) const {
@@ -150,15 +156,16 @@ private:
     }
 
     const Picture& picture_;
+    const bool ofSamples_;
     int width_, height_;
     const SrgbCodes& codes_ = srgbCodes();
 };
 
 }  // namespace
 
-void smoothEdges(const Picture& picture, Image& image) {
+void smoothEdges(const Picture& picture, bool ofSamples, Image& image) {
     reshape(image, picture.image.width, picture.image.height, 4, PixelType::srgb8);
-    const Smoothing smoothing(picture);
+    const Smoothing smoothing(picture, ofSamples);
     const std::size_t stride = std::size_t{4} * image.width;
     forEachBand(image.height, 16, [&](std::uint32_t first, std::uint32_t end) {
         for (std::uint32_t y = first; y < end; ++y) {

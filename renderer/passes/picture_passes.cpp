@@ -130,11 +130,13 @@ void execute(PassResources& resources, const PassInput& input, const ToneMapping
 
 void execute(PassResources& resources, const PassInput& input, const EdgeFilter& work) {
     if (input.target().spec().storage == Storage::processor) {
-        display::smoothEdges(input.read(work.source).picture(), input.target().picture().image);
+        display::smoothEdges(input.read(work.source).picture(), work.ofSamples,
+                             input.target().picture().image);
         return;
     }
-    if (work.transparent) return drawFilter(resources, input, work, "edge_filter_alpha.frag");
-    drawFilter(resources, input, work, "edge_filter.frag", work.compressed ? 1 : 0);
+    drawFilter(resources, input, work,
+               work.transparent ? "edge_filter_alpha.frag" : "edge_filter.frag",
+               (work.compressed ? EDGES_COMPRESSED : 0) | (work.ofSamples ? EDGES_OF_SAMPLES : 0));
 }
 
 void execute(PassResources& resources, const PassInput& input, const StraightAlpha& work) {

@@ -184,7 +184,8 @@ void planColorFrame(const FrameContext& context, const FrameRequest& request, co
         plan.skipped.push_back(
             {"toneMap", Effect::base, "the output format holds linear radiance"});
     } else {
-        planDisplay(plan, request, picture, exposureFactor, context.limits.display);
+        planDisplay(plan, request, picture, mainTarget(request, context.limits).samples,
+                    exposureFactor, context.limits.display);
     }
 }
 

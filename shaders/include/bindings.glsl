@@ -93,6 +93,12 @@
 // look-ups of it average over two pixels and more; half as wide, they cover about the pixel.
 #define COLOR_LEVELS_BELOW 1
 
+// The edge filter: bits of its variant, and what it changes of a pixel with several samples, relative to
+// one with a single sample, which have smoothed most of an edge already.
+#define EDGES_COMPRESSED 1
+#define EDGES_OF_SAMPLES 2
+#define EDGE_SHARE_OF_SAMPLES 0.6f
+
 // Texels for each node, triangle, vertex (of two floats), instance and material of the traced tier.
 #define TRACE_NODE_ROWS 2
 #define TRACE_TRIANGLE_ROWS 3

@@ -8,9 +8,11 @@
 #include <gtest/gtest.h>
 #include <glm/gtc/packing.hpp>
 
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <random>
+#include <span>
 
 namespace clerestory::test {
 namespace {
@@ -109,7 +111,7 @@ TEST(Display, EdgesAreSmoothedAndNothingElse) {
     for (const float slope : {0.0f, 0.3f, 1.0f, -0.1f}) {
         const Picture picture = mapped(kEdge, kEdge, halfPlane(kEdge, slope));
         Image smoothed;
-        display::smoothEdges(picture, smoothed);
+        display::smoothEdges(picture, false, smoothed);
         const auto at = [](const Image& image, std::uint32_t x, std::uint32_t y) {
             return int{image.bytes()[4 * (y * kEdge + x)]};
         };
@@ -153,7 +155,7 @@ TEST(Display, EdgesOfLampsAreNearTheirCoverage) {
         for (const bool compressed : {true, false}) {
             picture.compressed = compressed;
             Image smoothed;
-            display::smoothEdges(picture, smoothed);
+            display::smoothEdges(picture, false, smoothed);
             for (std::uint32_t y = 0; y < kEdge; ++y) {
                 const std::size_t at = 4 * (y * kEdge + 8);
                 const double d = double(smoothed.bytes()[at]) - truth.image.bytes()[at];
@@ -162,6 +164,57 @@ TEST(Display, EdgesOfLampsAreNearTheirCoverage) {
         }
     }
     EXPECT_LT(std::pow(aware, 0.25), 0.9 * std::pow(plain, 0.25));
+}
+
+// Sums of squared differences from the exact picture of edges of all directions, of which each
+// pixel has the mean of these samples: not smoothed, smoothed in part, and as those of single
+// samples.
+std::array<double, 3> differencesOfEdges(std::span<const glm::vec2> samples) {
+    constexpr std::uint32_t kEdge = 24;
+    std::array<double, 3> sums{};
+    for (int turn = 0; turn < 48; ++turn) {
+        const float angle = 0.1309f * (static_cast<float>(turn) + 0.37f);
+        const auto light = [&](const glm::vec2& p) {
+            const glm::vec2 q = p - 12.0f - 0.31f * static_cast<float>(turn % 7);
+            return q.x * std::cos(angle) + q.y * std::sin(angle) > 0.0f ? 1.0f : 0.05f;
+        };
+        std::vector<std::uint64_t> sampled, exact;
+        for (std::uint32_t i = 0; i < kEdge * kEdge; ++i) {
+            const glm::vec2 corner(static_cast<float>(i % kEdge), static_cast<float>(i / kEdge));
+            float few = 0.0f, many = 0.0f;
+            for (const glm::vec2& s : samples) few += light(corner + s);
+            for (std::uint32_t k = 0; k < 256; ++k) {
+                const glm::vec2 cell(static_cast<float>(k % 16), static_cast<float>(k / 16));
+                many += light(corner + (cell + 0.5f) / 16.0f);
+            }
+            sampled.push_back(halves(glm::vec3(few / static_cast<float>(samples.size()))));
+            exact.push_back(halves(glm::vec3(many / 256.0f)));
+        }
+        const Picture truth = mapped(kEdge, kEdge, exact), picture = mapped(kEdge, kEdge, sampled);
+        Image images[3] = {picture.image};
+        display::smoothEdges(picture, true, images[1]);
+        display::smoothEdges(picture, false, images[2]);
+        for (std::size_t which = 0; which < 3; ++which) {
+            for (std::size_t i = 0; i < 4 * kEdge * kEdge; ++i) {
+                const double d = double(images[which].bytes()[i]) - truth.image.bytes()[i];
+                sums[which] += d * d;
+            }
+        }
+    }
+    return sums;
+}
+
+// Of a pixel with four samples, as drivers place them, outlines need no filter; textures,
+// reflections and what is seen through glass have one value for the pixel.
+TEST(Display, EdgesOfSeveralSamplesAreSmoothedInPart) {
+    constexpr glm::vec2 kOutline[] = {
+        {0.375f, 0.125f}, {0.875f, 0.375f}, {0.125f, 0.625f}, {0.625f, 0.875f}};
+    constexpr glm::vec2 kInside[] = {{0.5f, 0.5f}};
+    const auto outline = differencesOfEdges(kOutline), inside = differencesOfEdges(kInside);
+    EXPECT_LT(outline[1], 0.6 * outline[2]);
+    EXPECT_LT(inside[1], 0.6 * inside[0]);
+    EXPECT_LT(outline[1] + inside[1], 0.6 * (outline[0] + inside[0]));
+    EXPECT_LT(outline[1] + inside[1], outline[2] + inside[2]);
 }
 
 TEST(Display, LightBeforeTheCurveIsTheInverseOfDisplayLight) {
@@ -183,7 +236,7 @@ TEST(Display, PicturesOfAnySizeHaveTheSamePixels) {
     constexpr std::uint32_t kHeight = 9, kMaxWidth = 80;
     const std::vector<std::uint64_t> pixels = anyHalves(kMaxWidth * kHeight, true);
     Image whole;
-    display::smoothEdges(mapped(kMaxWidth, kHeight, pixels), whole);
+    display::smoothEdges(mapped(kMaxWidth, kHeight, pixels), false, whole);
     for (std::uint32_t width = 1; width < kMaxWidth; ++width) {
         std::vector<std::uint64_t> part;
         for (std::uint32_t y = 0; y < kHeight; ++y) {
@@ -191,7 +244,7 @@ TEST(Display, PicturesOfAnySizeHaveTheSamePixels) {
                         pixels.begin() + y * kMaxWidth + width);
         }
         Image smoothed;
-        display::smoothEdges(mapped(width, kHeight, part), smoothed);
+        display::smoothEdges(mapped(width, kHeight, part), false, smoothed);
         for (std::uint32_t y = 0; y < kHeight; ++y) {
             for (std::uint32_t x = 0; x + 1 < width; ++x) {
                 for (std::uint32_t c = 0; c < 4; ++c) {
@@ -210,7 +263,7 @@ TEST(Display, OneThreadGivesTheBytesOfSeveral) {
     for (const std::uint32_t threads : {1u, 4u}) {
         limitBandThreads(threads);
         const Picture picture = mapped(200, 150, pixels, ToneMap::neutral);
-        display::smoothEdges(picture, images[threads > 1]);
+        display::smoothEdges(picture, false, images[threads > 1]);
     }
     limitBandThreads(0);
     EXPECT_EQ(images[0].data, images[1].data);

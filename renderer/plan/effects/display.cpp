@@ -11,7 +11,7 @@ TargetId addTarget(FramePlan& plan, TargetSpec spec) {
 }  // namespace
 
 void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance,
-                 float exposureFactor, Storage storage) {
+                 std::uint32_t samples, float exposureFactor, Storage storage) {
     // Colour of a transparent picture is divided by its alpha at the end, which needs its digits.
     const TargetSpec display{.format = plan.transparent ? Format::rgba16f : Format::srgba8,
                              .storage = plan.transparent ? Storage::driver : storage,
@@ -38,8 +38,9 @@ void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance
         plan.passes.push_back(
             {.name = "edgeFilter",
              .target = plan.output,
-             .reason = "smooths edges",
-             .work = EdgeFilter{{before}, plan.transparent, request.toneMap != ToneMap::linear}});
+             .reason = samples > 1 ? "smooths what samples leave of edges" : "smooths edges",
+             .work = EdgeFilter{
+                 {before}, plan.transparent, request.toneMap != ToneMap::linear, samples > 1}});
     } else {
         plan.skipped.push_back({"edgeFilter", Effect::base, "not requested at this accuracy"});
     }

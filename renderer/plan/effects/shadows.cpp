@@ -314,9 +314,10 @@ std::vector<ShadowedLight> worthAShadow(const FrameContext& context, const Stage
     const double tolerance = toleranceOf(stage.settings.accuracy.preset);
     // Casters that do not change are drawn once for many frames.
     const double lasting = framesPerCapture(false);
-    const double triangles = double(triangleCount(stage.scene)), share = casters.changingShare();
+    const double triangles = double(triangleCount(stage.scene));
+    const double changing = casters.changingShare();
     const double drawn =
-        casters.mixed() ? triangles * (share + (1.0 - share) / lasting) : triangles;
+        casters.mixed() ? triangles * (changing + (1.0 - changing) / lasting) : triangles;
     std::vector<ShadowedLight> chosen;
     for (const std::size_t light : order) {
         const double share = shares[light];

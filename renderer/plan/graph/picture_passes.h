@@ -117,6 +117,7 @@ struct ToneMapping : PicturePass {
 struct EdgeFilter : PicturePass {
     bool transparent = false;  // edges of alpha too; colour is premultiplied
     bool compressed = false;   // the tone curve compresses bright colours
+    bool ofSamples = false;    // pixels have several samples, so that less is left to smooth
     std::string_view kind() const { return "edgeFilter"; }
     std::string_view knobs() const;
     bool operator==(const EdgeFilter&) const = default;

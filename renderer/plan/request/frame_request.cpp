@@ -25,7 +25,6 @@ Accuracy accuracyOf(Preset preset) {
             break;
         case Preset::fine:
             a.samples = 4;
-            a.edgeFilter = false;
             a.planarSamples = 8;
             a.curvedSamples = 6;
             a.backFaces = true;
