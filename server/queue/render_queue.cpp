@@ -384,8 +384,10 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     }
     lock.unlock();
     gone.clear();
+    const std::uint64_t made = objectsOf(renderer.counters());
     if (job.work) job.work(renderer);  // a packaged task: does not throw
     job.work = nullptr;
+    const bool warm = objectsOf(renderer.counters()) == made;
     lock.lock();
     workingSince_.reset();
     if (!next.id) return;
@@ -394,7 +396,8 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
         (!job.cancellation || !job.cancellation->cancelled()) && now < job.deadline;
     queue_.finished(*next.id, now, complete);
     const std::chrono::duration<double> took = now - began;
-    if (complete) samplePrice_.update(running_->samples, took.count());
+    // Another frame does not repeat what was made for this one.
+    if (complete && warm) samplePrice_.update(running_->samples, took.count());
     running_.reset();
     if (jobs_.empty()) idle_.notify_all();
 }

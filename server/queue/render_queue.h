@@ -38,8 +38,9 @@ struct CompileTotals {
     double seconds = 0.0;
 };
 
-// The least time of a sample that was seen, for a lower bound of the time of a frame that was never
-// drawn. It does not rise, since a refusal could not be corrected by drawing the frame.
+// The least time of a sample that was seen in frames that made no objects, for a lower bound of the
+// time of a frame that was never drawn. It does not rise, since a refusal could not be corrected by
+// drawing the frame.
 class SamplePrice {
 public:
     void update(std::uint64_t samples, double seconds);
