@@ -3,6 +3,7 @@
 #include "plan/graph/features.h"
 #include "plan/graph/plan_hash.h"
 #include "plan/visibility/lighting.h"
+#include "plan/visibility/material_features.h"
 #include "plan/visibility/mirror.h"
 #include "plan/visibility/visibility.h"
 

@@ -3,8 +3,9 @@
 #include "plan/cost/cost.h"
 #include "plan/effects/shadow_pictures.h"
 #include "plan/graph/features.h"
-#include "plan/visibility/draws.h"
+#include "plan/visibility/culling.h"
 #include "plan/visibility/lighting.h"
+#include "plan/visibility/material_features.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,19 +42,19 @@ std::uint32_t edgeOfMap(std::uint32_t texels) {
 constexpr Features kHoles = FEATURE_BASE_COLOR_MAP | FEATURE_VERTEX_COLOR |
                             FEATURE_TEXTURE_TRANSFORM | FEATURE_SECOND_TEXCOORD;
 
-Features featuresOfCaster(const CastingSurface& seen, Features) {
+Features featuresOfCaster(const Surface&, Features ofMaterial, Features) {
     constexpr Features kShape = FEATURE_MASK | FEATURE_DOUBLE_SIDED;
-    return seen.features & ((seen.features & FEATURE_MASK) != 0 ? kShape | kHoles : kShape);
+    return ofMaterial & ((ofMaterial & FEATURE_MASK) != 0 ? kShape | kHoles : kShape);
 }
 
 // Both faces of solid glass count: light is absorbed between them.
-Features featuresOfTint(const CastingSurface& seen, Features ofGlass) {
+Features featuresOfTint(const Surface& surface, Features ofMaterial, Features ofGlass) {
     constexpr Features kLook = kHoles | FEATURE_MASK | FEATURE_BLEND | FEATURE_DOUBLE_SIDED |
                                FEATURE_DEFAULT_NUMBERS | FEATURE_METALLIC_ROUGHNESS_MAP |
                                FEATURE_PACKED_NORMAL;
-    Features features = seen.features & kLook;
-    if (seen.surface->glass == Glass::none) return features;
-    const bool solid = seen.surface->glass == Glass::solid;
+    Features features = ofMaterial & kLook;
+    if (surface.glass == Glass::none) return features;
+    const bool solid = surface.glass == Glass::solid;
     features |= FEATURE_GLASS | (solid ? FEATURE_SOLID | FEATURE_DOUBLE_SIDED : 0);
     features |= ofGlass & (FEATURE_TRANSMISSION_MAP | FEATURE_TEXTURE_TRANSFORM |
                            FEATURE_SECOND_TEXCOORD | (solid ? 0 : FEATURE_THICKNESS_MAP));
@@ -63,7 +64,7 @@ Features featuresOfTint(const CastingSurface& seen, Features ofGlass) {
 // A part of the surfaces that a shadow map or a map of tints shows.
 struct Shown {
     std::function<bool(const Surface&)> contains;
-    Features (*featuresOf)(const CastingSurface&, Features ofGlass);
+    Features (*featuresOf)(const Surface&, Features ofMaterial, Features ofGlass);
 };
 
 // See Draw::middle. 0 for a lamp within the bounds of the body: the light may begin inside.
@@ -80,21 +81,22 @@ float middleFrom(const Stage& stage, const View& view, const Instance& instance)
 
 std::vector<Draw> drawsFrom(const Stage& stage, const View& view, const Shown& shown) {
     std::vector<Draw> draws;
-    const Features ofGlass = featuresOfGlassTextures(stage);
-    for (const CastingSurface& seen : castersFrom(stage, view, shown.contains)) {
-        const Features features = shown.featuresOf(seen, ofGlass);
-        std::optional<float> middle;
-        if ((features & FEATURE_SOLID) != 0) {
-            middle = middleFrom(stage, view, stage.scene.instances[seen.surface->instance]);
-        }
-        for (const CastingSurface::Cluster& cluster : seen.clusters) {
-            draws.push_back({.instance = seen.surface->instance,
-                             .material = seen.surface->material,
-                             .firstIndex = cluster.firstIndex,
-                             .indexCount = cluster.indexCount,
-                             .features = features,
-                             .middle = middle});
-        }
+    const Features ofGlass = texturesOfGlass(stage);
+    Culling culling(stage, view);
+    for (const Surface& surface : stage.surfaces) {
+        if (!shown.contains(surface)) continue;
+        const Instance& instance = stage.scene.instances[surface.instance];
+        Draw draw{.instance = surface.instance, .material = surface.material};
+        const Features ofMaterial =
+            materialFeatures(stage.scene, stage.material(surface),
+                             stage.scene.meshes[instance.mesh], stage.settings.effects);
+        draw.features = shown.featuresOf(surface, ofMaterial, ofGlass);
+        if ((draw.features & FEATURE_SOLID) != 0) draw.middle = middleFrom(stage, view, instance);
+        culling.eachInView(surface, [&](const Cluster& cluster, const Bounds&) {
+            draw.firstIndex = cluster.firstIndex;
+            draw.indexCount = cluster.indexCount;
+            draws.push_back(draw);
+        });
     }
     std::stable_sort(draws.begin(), draws.end(), [](const Draw& a, const Draw& b) {
         return a.features != b.features ? a.features < b.features : a.material < b.material;

@@ -2,8 +2,9 @@
 
 #include "plan/cost/cost.h"
 #include "plan/graph/features.h"
+#include "plan/visibility/culling.h"
 #include "plan/visibility/lighting.h"
-#include "plan/visibility/visibility.h"
+#include "plan/visibility/material_features.h"
 
 #include <algorithm>
 #include <limits>
@@ -11,94 +12,6 @@
 
 namespace clerestory {
 namespace {
-
-// Most textured materials have default factors; their shader variant omits them.
-bool hasDefaultNumbers(const Material& m) {
-    const Material none;
-    return m.metallic == none.metallic && m.roughness == none.roughness &&
-           m.normalScale == none.normalScale && m.ior == none.ior && m.specular == none.specular &&
-           m.specularColor == none.specularColor;
-}
-
-// Calls map(slot, bit) for the textures of the layers that the material has. Returns the layers.
-template <class Map>
-Features layerFeatures(const Material& m, const Map& map) {
-    Features layers = 0;
-    const auto textured = [&](const TextureSlot& slot, Features bit) { map(slot, ofLayers(bit)); };
-    textured(m.specularTexture, LAYER_SPECULAR_MAP);
-    textured(m.specularColorTexture, LAYER_SPECULAR_COLOR_MAP);
-    if (m.clearcoat > 0.0f) {
-        layers |= LAYER_CLEARCOAT;
-        textured(m.clearcoatTexture, LAYER_CLEARCOAT_MAP);
-        textured(m.clearcoatRoughnessTexture, LAYER_CLEARCOAT_ROUGHNESS_MAP);
-        textured(m.clearcoatNormalTexture, LAYER_CLEARCOAT_NORMAL_MAP);
-    }
-    if (m.sheenColor != glm::vec3(0.0f)) {
-        layers |= LAYER_SHEEN;
-        textured(m.sheenColorTexture, LAYER_SHEEN_COLOR_MAP);
-        textured(m.sheenRoughnessTexture, LAYER_SHEEN_ROUGHNESS_MAP);
-    }
-    if (m.iridescence > 0.0f) {
-        layers |= LAYER_IRIDESCENCE;
-        textured(m.iridescenceTexture, LAYER_IRIDESCENCE_MAP);
-        textured(m.iridescenceThicknessTexture, LAYER_IRIDESCENCE_THICKNESS_MAP);
-    }
-    if (m.anisotropy > 0.0f) {
-        layers |= LAYER_ANISOTROPY;
-        textured(m.anisotropyTexture, LAYER_ANISOTROPY_MAP);
-    }
-    if (m.diffuseTransmission > 0.0f) {
-        layers |= LAYER_DIFFUSE_TRANSMISSION;
-        textured(m.diffuseTransmissionTexture, LAYER_DIFFUSE_TRANSMISSION_MAP);
-        textured(m.diffuseTransmissionColorTexture, LAYER_DIFFUSE_TRANSMISSION_COLOR_MAP);
-    }
-    if (m.dispersion > 0.0f && m.transmission > 0.0f) layers |= LAYER_DISPERSION;
-    return ofLayers(layers);
-}
-
-Features materialFeatures(const Scene& scene, const Material& m, const Mesh& mesh,
-                          const Effects& effects) {
-    Features f = 0;
-    std::vector<const TextureSlot*> used;
-    const auto map = [&](const TextureSlot& slot, Features bit) {
-        if (slot.present()) {
-            f |= bit;
-            used.push_back(&slot);
-        }
-    };
-    map(m.baseColorTexture, FEATURE_BASE_COLOR_MAP);
-    if (m.unlit || !mesh.lit) {
-        f |= FEATURE_UNLIT;
-    } else {
-        map(m.metallicRoughnessTexture, FEATURE_METALLIC_ROUGHNESS_MAP);
-        if (m.normalScale != 0.0f) map(m.normalTexture, FEATURE_NORMAL_MAP);
-        if ((f & FEATURE_NORMAL_MAP) &&
-            scene.images[scene.textures[m.normalTexture.texture].image].packedNormal) {
-            f |= FEATURE_PACKED_NORMAL;
-        }
-        if ((f & FEATURE_METALLIC_ROUGHNESS_MAP) && hasDefaultNumbers(m)) {
-            f |= FEATURE_DEFAULT_NUMBERS;
-        }
-        if (m.occlusionStrength > 0.0f) map(m.occlusionTexture, FEATURE_OCCLUSION_MAP);
-    }
-    if (!m.unlit) {
-        const glm::vec3 emitted = emittedRadiance(m);
-        if (effects.emission && std::max({emitted.x, emitted.y, emitted.z}) > 0.0f) {
-            f |= FEATURE_EMISSION;
-            map(m.emissiveTexture, FEATURE_EMISSIVE_MAP);
-        }
-        if (effects.materialLayers) f |= layerFeatures(m, map);
-    }
-    for (const TextureSlot* slot : used) {
-        if (slot->transformed()) f |= FEATURE_TEXTURE_TRANSFORM;
-        if (slot->texCoord == 1) f |= FEATURE_SECOND_TEXCOORD;
-    }
-    if (mesh.hasColors) f |= FEATURE_VERTEX_COLOR;
-    if (m.alphaMode == AlphaMode::mask) f |= FEATURE_MASK;
-    if (m.alphaMode == AlphaMode::blend) f |= FEATURE_BLEND;
-    if (m.doubleSided) f |= FEATURE_DOUBLE_SIDED;
-    return f;
-}
 
 // True if nine harmonics of the environment represent what the specular lobe gathers, within a
 // quarter of the tolerance.
@@ -118,22 +31,6 @@ bool hasWideLobe(const Material& m, const Stage& stage) {
 // Features of surfaces that reflect another picture than the harmonics of the environment.
 constexpr Features kOtherPicture = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_MAP |
                                    FEATURE_TRACED_REFLECTION | FEATURE_GLASS | FEATURE_TRACED_GLASS;
-
-void addTexture(Features& features, const TextureSlot& slot, Features bit) {
-    if (!slot.present()) return;
-    features |= bit;
-    if (slot.transformed()) features |= FEATURE_TEXTURE_TRANSFORM;
-    if (slot.texCoord == 1) features |= FEATURE_SECOND_TEXCOORD;
-}
-
-// Texture features of glass of this material.
-Features glassTextures(const Material& m) {
-    Features features = 0;
-    addTexture(features, m.metallicRoughnessTexture, FEATURE_METALLIC_ROUGHNESS_MAP);
-    addTexture(features, m.transmissionTexture, FEATURE_TRANSMISSION_MAP);
-    if (m.thickness > 0.0f) addTexture(features, m.thicknessTexture, FEATURE_THICKNESS_MAP);
-    return features;
-}
 
 // If one surface of the scene has these features, all surfaces get them: that costs less than a
 // program for each combination. Materials without the texture sample white; without emission they
@@ -218,68 +115,6 @@ std::vector<Draw> depthDraws(std::vector<OrderedDraw> draws) {
     return merged(draws);
 }
 
-// Joins consecutive small clusters (the sides of a box), which are culled and drawn together.
-// Advances `cluster` past the last of them.
-constexpr std::uint32_t kSmallDraw = 256;  // triangles
-Cluster joinedClusters(const Stage& stage, const Mesh& mesh, std::uint32_t& cluster,
-                       std::uint32_t end) {
-    const Scene& scene = stage.scene;
-    const auto box = [&] { return boundsOf(scene, stage.pose, mesh, cluster - mesh.firstCluster); };
-    Cluster sum = scene.clusters[cluster];
-    sum.bounds = box();
-    ++cluster;
-    while (cluster < end && sum.indexCount + scene.clusters[cluster].indexCount <= 3 * kSmallDraw) {
-        sum.indexCount += scene.clusters[cluster].indexCount;
-        sum.bounds.add(box());
-        ++cluster;
-    }
-    return sum;
-}
-
-// Which clusters are in the view, surface by surface.
-class Culling {
-public:
-    Culling(const Stage& stage, const View& view)
-        : stage_(stage), view_(view), frustum_(frustumOf(view)) {}
-
-    // use(cluster, box relative to the eye): of each one in view; small ones are joined. Returns
-    // the number of the others.
-    template <class Use>
-    std::uint64_t eachInView(const Surface& surface, const Use& use) {
-        const Instance& instance = stage_.scene.instances[surface.instance];
-        const Mesh& mesh = stage_.scene.meshes[instance.mesh];
-        if (testedInstance_ != surface.instance) {
-            testedInstance_ = surface.instance;
-            toEye_ = eyeFromLocal(view_, stage_.pose.worldFromNode[instance.node]);
-            instanceOutside_ = outside(frustum_, transformed(boundsOf(stage_.pose, mesh), toEye_));
-        }
-        if (instanceOutside_) return surface.clusterCount;
-        std::uint64_t culled = 0;
-        const std::uint32_t end = surface.firstCluster + surface.clusterCount;
-        for (std::uint32_t c = surface.firstCluster; c < end;) {
-            const std::uint32_t first = c;
-            const Cluster cluster = joinedClusters(stage_, mesh, c, end);
-            const Bounds box = transformed(cluster.bounds, toEye_);
-            if (outside(frustum_, box) || clippedAway(view_, box)) {
-                culled += c - first;
-            } else {
-                use(cluster, box);
-            }
-        }
-        return culled;
-    }
-    // Of the last surface.
-    const glm::dmat4& toEye() const { return toEye_; }
-
-private:
-    const Stage& stage_;
-    const View& view_;
-    const Frustum frustum_;
-    Index testedInstance_ = kNone;
-    bool instanceOutside_ = false;
-    glm::dmat4 toEye_{1.0};
-};
-
 double indexCount(const Stage& stage, const Surface& surface) {
     double indices = 0.0;
     for (std::uint32_t c = 0; c < surface.clusterCount; ++c) {
@@ -336,37 +171,14 @@ double shareIn(const Stage& stage, const View& view, const glm::dmat4& toEye,
                     shareOfFlat(view, *plane, seen, area * seenTriangles(stage, seen)));
 }
 
-// Features that rays through the glass of the scene need.
-Features featuresOfGlass(const Stage& stage) {
-    Features all = 0;
-    for (const Surface& surface : stage.surfaces) {
-        if (surface.glass == Glass::none) continue;
-        const Material& material = stage.material(surface);
-        all |= FEATURE_GLASS;
-        addTexture(all, material.transmissionTexture, FEATURE_TRANSMISSION_MAP);
-        // Rays measure the thickness of solid glass.
-        const bool thick = surface.glass == Glass::pane && material.thickness > 0.0f;
-        if (thick) addTexture(all, material.thicknessTexture, FEATURE_THICKNESS_MAP);
-    }
-    return all;
-}
-
 }  // namespace
-
-Features featuresOfGlassTextures(const Stage& stage) {
-    Features all = 0;
-    for (const Surface& surface : stage.surfaces) {
-        if (surface.glass != Glass::none) all |= glassTextures(stage.material(surface));
-    }
-    return all;
-}
 
 SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::size_t> hidden) {
     SeenView result;
     const Scene& scene = stage.scene;
     Culling culling(stage, view);
     std::vector<ScreenBox> rects;  // of the surface's clusters
-    result.glassFeatures = featuresOfGlassTextures(stage);
+    result.glassFeatures = texturesOfGlass(stage);
     for (std::size_t i = 0; i < stage.surfaces.size(); ++i) {
         const Surface& surface = stage.surfaces[i];
         const Material& material = stage.material(surface);
@@ -406,44 +218,13 @@ SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::siz
                 result.anyLit |= !unlit;
                 result.anyEmissive |= (seen.features & FEATURE_EMISSION) != 0;
             });
+        if (seen.clusters.empty()) continue;
         const bool needsEffect =
             surface.glass != Glass::none || surface.reflector != Reflector::none;
         if (needsEffect) seen.share = shareIn(stage, view, culling.toEye(), seen, rects);
-        if (!seen.clusters.empty()) result.surfaces.push_back(std::move(seen));
+        result.surfaces.push_back(std::move(seen));
     }
     return result;
-}
-
-std::vector<CastingSurface> castersFrom(const Stage& stage, const View& view,
-                                        const std::function<bool(const Surface&)>& contains) {
-    std::vector<CastingSurface> result;
-    Culling culling(stage, view);
-    for (const Surface& surface : stage.surfaces) {
-        if (!contains(surface)) continue;
-        CastingSurface casting{.surface = &surface};
-        culling.eachInView(surface, [&](const Cluster& cluster, const Bounds&) {
-            casting.clusters.push_back({cluster.firstIndex, cluster.indexCount});
-        });
-        if (casting.clusters.empty()) continue;
-        const Mesh& mesh = stage.scene.meshes[stage.scene.instances[surface.instance].mesh];
-        casting.features =
-            materialFeatures(stage.scene, stage.material(surface), mesh, stage.settings.effects);
-        result.push_back(std::move(casting));
-    }
-    return result;
-}
-
-Features featuresOfAll(const Stage& stage) {
-    Features all = stage.lights.empty() ? 0 : FEATURE_LIGHTS;
-    for (Index i = 0; i < stage.scene.instances.size(); ++i) {
-        const Mesh& mesh = stage.scene.meshes[stage.scene.instances[i].mesh];
-        if (mesh.primitive != Primitive::triangles) continue;
-        const Material& material =
-            stage.materials.material(stage.scene, stage.materials.materialOf(stage.scene, i));
-        all |= materialFeatures(stage.scene, material, mesh, stage.settings.effects);
-    }
-    all &= ~FEATURE_DEFAULT_NUMBERS;  // rays read the factors of each hit's material
-    return stage.settings.effects.refraction ? all | featuresOfGlass(stage) : all;
 }
 
 DrawLists drawLists(const SeenView& view) {

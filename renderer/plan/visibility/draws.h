@@ -4,7 +4,6 @@
 #include "plan/graph/stage.h"
 #include "plan/visibility/coverage.h"
 
-#include <functional>
 #include <span>
 
 namespace clerestory {
@@ -47,25 +46,6 @@ struct SeenView {
 // Returns the surfaces in the view frustum and in front of the clip plane. `hidden`: surfaces to
 // omit (a mirror from its own picture, the owner of a cube); sorted indices of Stage::surfaces.
 SeenView seenFrom(const Stage& stage, const View& view, std::span<const std::size_t> hidden = {});
-
-// Textures that determine how glass looks; union over all surfaces of glass.
-Features featuresOfGlassTextures(const Stage& stage);
-
-// A surface in the view of a light.
-struct CastingSurface {
-    struct Cluster {
-        std::uint32_t firstIndex = 0, indexCount = 0;
-    };
-    const Surface* surface = nullptr;
-    std::vector<Cluster> clusters;  // in view
-    Features features = 0;          // of its material
-};
-// Of those for which `contains` returns true.
-std::vector<CastingSurface> castersFrom(const Stage& stage, const View& view,
-                                        const std::function<bool(const Surface&)>& contains);
-
-// Union of the features of all surfaces, for shaders whose rays may hit any of them.
-Features featuresOfAll(const Stage& stage);
 
 struct DrawLists {
     std::vector<Draw> depth;   // depth prepass: large occluders, near to far; may be empty
