@@ -271,7 +271,7 @@ void Renderer::extend(WarmUp& warmUp, const FrameRequest& frame) const {
     // Frames with computed light have the same programs as those without, which come first unless
     // the light is stored on disk.
     if (const auto inputs = state_->lightOf(subject, frame)) {
-        state_->hasLight(subject, *inputs);
+        state_->findLight(subject, *inputs);
         state_->addLight(subject, frame, *inputs);
     }
     FramePlan plan = warmUp.planner_->plan(state_->plan(subject, frame));

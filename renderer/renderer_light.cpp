@@ -24,12 +24,13 @@ std::optional<LightInputs> Renderer::State::lightOf(const Subject& subject,
     return inputs;
 }
 
-bool Renderer::State::hasLight(const Subject& subject, const LightInputs& inputs) {
-    return lights.has(*subject.scene, *withMaterialsAtRest(subject.pose), inputs.hash);
+bool Renderer::State::findLight(const Subject& subject, const LightInputs& inputs) {
+    return lights.known(inputs.hash) ||
+           lights.find(*subject.scene, *withMaterialsAtRest(subject.pose), inputs.hash);
 }
 
 void Renderer::State::beginLight(Subject subject, const FrameRequest& request, LightInputs inputs) {
-    if (hasLight(subject, inputs)) return;
+    if (findLight(subject, inputs)) return;
     const ResidentMaps none;
     subject.pose = withMaterialsAtRest(subject.pose);
     FrameContext context = contextOf(subject, none);

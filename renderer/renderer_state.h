@@ -55,8 +55,8 @@ struct Renderer::State {
     }
     // What the light of surfaces depends on that the request shows; nothing if it needs none.
     std::optional<LightInputs> lightOf(const Subject& subject, const FrameRequest& request) const;
-    // Whether it was begun or is stored on disk.
-    bool hasLight(const Subject& subject, const LightInputs& inputs);
+    // Reads it from disk unless it is known. Returns false if it is neither known nor stored.
+    bool findLight(const Subject& subject, const LightInputs& inputs);
     // Begins to compute it, otherwise.
     void beginLight(Subject subject, const FrameRequest& request, LightInputs inputs);
     // Changes the subject to one with that light as far as it is computed, else with that of the

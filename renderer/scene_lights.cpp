@@ -50,20 +50,24 @@ const std::shared_ptr<SceneLights::Refined>& SceneLights::entryOf(const Scene& o
 }
 
 // Read here, not by the baker: its threads may be busy, or rest because a frame is drawn.
-bool SceneLights::has(const Scene& original, const Pose& pose, std::uint64_t key) {
-    if (baker_->state(key).known) return true;
+bool SceneLights::find(const Scene& original, const Pose& pose, std::uint64_t key) {
     Refined& entry = *entryOf(original);
-    const std::lock_guard lock(entry.making);
-    const bool isNew = !entry.scene;
+    std::shared_ptr<const Scene> made;
+    // Only light that is there waits for a thread that refines the scene.
     auto stored = files_->find(key, [&](const light::EdgeLengths& edges) {
-        if (isNew) keep(entry, {light::refinedWith(edges, original, pose), edges});
+        const std::lock_guard lock(entry.making);
+        if (!entry.scene) {
+            keep(entry, {light::refinedWith(edges, original, pose), edges});
+            made = entry.scene;
+        }
         return entry.scene;
     });
     if (!stored) {
-        if (isNew) entry.scene.reset();
+        const std::lock_guard lock(entry.making);
+        if (made && entry.scene == made) entry.scene.reset();
         return false;
     }
-    entry.onDisk = isNew || entry.onDisk;
+    entry.onDisk = entry.onDisk || made;
     baker_->keep(std::make_shared<const light::SurfaceLight>(*std::move(stored)));
     return true;
 }
@@ -154,7 +158,7 @@ std::vector<std::shared_ptr<const Scene>> SceneLights::releaseStored(
     for (const auto& [original, entry] : refined_) {
         const bool used = std::any_of(entry->shown.begin(), entry->shown.end(),
                                       [&](const auto& scene) { return isShown(*scene); });
-        if (entry->onDisk && !used) originals.push_back(original);
+        if (entry->onDisk && !entry->shown.empty() && !used) originals.push_back(original);
     }
     std::vector<std::shared_ptr<const Scene>> released;
     for (const Scene* original : originals) {

@@ -22,10 +22,12 @@ class SceneLights {
 public:
     explicit SceneLights(const LightOptions& options);
 
-    // Whether the light of an original scene with this key was begun or is stored on disk; then it
-    // is complete when this returns. pose: of materials at rest.
-    bool has(const Scene& original, const Pose& pose, std::uint64_t key);
-    // Begins it, unless has(). input: everything but the refined scene.
+    // Whether the light was begun or found.
+    bool known(std::uint64_t key) const { return baker_->state(key).known; }
+    // Reads the light of an original scene with this key, which is complete then. Returns false if
+    // it is not stored on disk. pose: with materials at rest.
+    bool find(const Scene& original, const Pose& pose, std::uint64_t key);
+    // Begins to compute it. input: everything but the refined scene.
     void begin(const std::shared_ptr<const Scene>& original, light::BakeInput input);
     // Of the last round that is complete; null before the first one.
     std::shared_ptr<const light::SurfaceLight> latest(std::uint64_t key);

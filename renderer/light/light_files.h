@@ -1,8 +1,7 @@
 // Lights on disk, next to imported scenes, so that a restart does not compute them again.
 //
 //     LightFiles files({.folder = folder, .version = "1.2"});
-//     if (auto light = files.find(key, [&](const EdgeLengths& e) { return refine(e); })) return
-//     *light;
+//     if (auto light = files.find(key, refine)) return *light;
 //     ... files.store(light);
 //
 // Thread-safe.

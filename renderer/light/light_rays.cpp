@@ -63,7 +63,7 @@ LightRays::LightRays(const BakeInput& input, const BakeQuality& quality)
     emitters_ = emittersOf(input, tree_, faces_);
 }
 
-// A direction of the axes of the map.
+// A direction with the map's axes, in those of the world.
 glm::vec3 LightRays::inWorld(const glm::vec3& direction) const {
     return {glm::transpose(input_.mapFromWorld) * glm::dvec3(direction)};
 }
