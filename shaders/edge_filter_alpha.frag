@@ -1,5 +1,5 @@
 // The edge filter (edge_filter.frag) of a picture with alpha. Edges are those of brightness and those of
-// alpha; colour is premultiplied, so that both are blended alike.
+// alpha; colour is premultiplied, so that both are blended alike. VARIANT: EDGES_OF_SAMPLES.
 #include "include/block_macros.glsl"
 #include "include/optics.glsl"
 

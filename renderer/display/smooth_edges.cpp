@@ -20,7 +20,6 @@ constexpr int kMinContrast = 8;  // codes
 constexpr float kMinShare = 0.12f;
 // Pixels along the edge, each way. Long for edges near the axes, whose steps are long.
 constexpr float kReach = 1.25f;
-constexpr float kShareOfSamples = EDGE_SHARE_OF_SAMPLES;
 // Pixels that are tested at once.
 constexpr int kGroup = 32;
 
@@ -113,7 +112,9 @@ private:
         addLookup(static_cast<float>(x) + dx, static_cast<float>(y) + dy, mean);
         Color color = blended(rgba, mean);
         for (int i = 0; i < 3; ++i) {
-            if (ofSamples_) color[i] = glm::mix(codes_.light(rgba[i]), color[i], kShareOfSamples);
+            if (ofSamples_) {
+                color[i] = glm::mix(codes_.light(rgba[i]), color[i], EDGE_SHARE_OF_SAMPLES);
+            }
             rgba[i] = codes_.code(std::min(color[i], 1.0f));
         }
     }

@@ -134,9 +134,12 @@ void execute(PassResources& resources, const PassInput& input, const EdgeFilter&
                              input.target().picture().image);
         return;
     }
-    drawFilter(resources, input, work,
-               work.transparent ? "edge_filter_alpha.frag" : "edge_filter.frag",
-               (work.compressed ? EDGES_COMPRESSED : 0) | (work.ofSamples ? EDGES_OF_SAMPLES : 0));
+    const int ofSamples = work.ofSamples ? EDGES_OF_SAMPLES : 0;
+    if (work.transparent) {
+        return drawFilter(resources, input, work, "edge_filter_alpha.frag", ofSamples);
+    }
+    const int compressed = work.compressed ? EDGES_COMPRESSED : 0;
+    drawFilter(resources, input, work, "edge_filter.frag", compressed | ofSamples);
 }
 
 void execute(PassResources& resources, const PassInput& input, const StraightAlpha& work) {
