@@ -10,6 +10,8 @@ namespace {
 // Bytes that stay allocated between frames; the current frame may use more.
 constexpr std::uint64_t kTransientBudget = 256ull << 20;
 constexpr std::uint64_t kResidentBudget = 128ull << 20;
+// Transient targets that so many frames have not used are deleted.
+constexpr std::uint64_t kMaxUnusedFrames = 8;
 
 gl::TextureFormat textureFormat(Format format) {
     switch (format) {
@@ -45,6 +47,11 @@ std::uint64_t texelBytes(Format format) {
 bool matches(const TargetSpec& existing, const TargetSpec& requested) {
     TargetSpec renamed = existing;
     renamed.name = requested.name;
+    if (requested.scratch) {
+        if (existing.width < requested.width || existing.height < requested.height) return false;
+        renamed.width = requested.width;
+        renamed.height = requested.height;
+    }
     return renamed == requested;  // neither is resident: their keys are 0
 }
 
@@ -257,8 +264,9 @@ void TargetPool::endFrame() {
     std::erase_if(entries_, [&](const Entry& entry) {
         std::uint64_t& sum = entry.resident ? resident : transient;
         sum += entry.target->bytes();
-        return entry.lastFrame != frame_ &&
-               sum > (entry.resident ? kResidentBudget : kTransientBudget);
+        const std::uint64_t unused = frame_ - entry.lastFrame;
+        return unused > 0 && (sum > (entry.resident ? kResidentBudget : kTransientBudget) ||
+                              (!entry.resident && unused > kMaxUnusedFrames));
     });
     if (entries_.size() != count) together_.clear();  // it may hold a deleted target
 }

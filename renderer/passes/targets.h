@@ -80,7 +80,8 @@ public:
     // Of these, those that were used last for this scene.
     void forgetResident(const Scene& scene);
     void forgetTransient();  // those that are not resident
-    // Deletes the least recently used targets beyond the memory budgets.
+    // Deletes the least recently used targets beyond the memory budgets, and transient ones that
+    // recent frames have not used.
     void endFrame();
 
 private:

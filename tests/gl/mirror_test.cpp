@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace clerestory::test {
 namespace {
@@ -176,6 +177,33 @@ TEST_F(Mirrors, SwitchedOffEqualAPlainMetal) {
     FrameRequest without = request(scene(refused), "without", {0.4, 0.3, 2.0});
     without.environment.map = "sky";
     EXPECT_EQ(renderer().render(off).image.data, renderer().render(without).image.data);
+}
+
+// The mirror covers another number of pixels in each frame.
+TEST_F(Mirrors, PicturesOfACameraThatMovesAreMadeOnce) {
+    Scene scene;
+    placeLamps(scene, glm::dmat4(1.0));
+    place(scene, quad(float(kHalf), addMaterial(scene, mirrorMetal())));
+    FrameRequest r = request(std::move(scene), "moving", {0.4, 0.3, 4.0});
+    r.width = 512;
+    r.height = 384;
+    forceMirrors(r);
+    std::set<std::pair<std::uint32_t, std::uint32_t>> sizes;
+    const auto draw = [&](int frame) {
+        r.camera.position = glm::dvec3(0.4, 0.3, 4.0 + 0.012 * frame);
+        const Frame drawn = renderer().render(r);
+        for (const TargetSpec& target : drawn.plan.targets) {
+            if (target.name.starts_with("mirror:")) sizes.insert({target.width, target.height});
+        }
+    };
+    draw(0);
+    const std::uint64_t before = renderer().counters().texturesMade;
+    for (int frame = 1; frame < 48; ++frame) draw(frame);
+    // It shrinks by about 40 pixels each way, and its picture by steps of 16 at each border.
+    EXPECT_GT(sizes.size(), 2u);
+    EXPECT_LE(sizes.size(), 13u);
+    EXPECT_EQ(renderer().counters().texturesMade - before, 2 * (sizes.size() - 1))
+        << "colour and depth";
 }
 
 TEST_F(Mirrors, BlurMoreTheRougherTheyAre) {

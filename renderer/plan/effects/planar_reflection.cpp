@@ -39,8 +39,10 @@ constexpr std::size_t kMaxMirrorsMirrored = 3;
 // (erratum P9), and at most by this fraction of the picture.
 constexpr double kMaxGuard = 0.25;
 
-// Borders of pictures of rough mirrors are multiples of this number of pixels, so that their blur
-// does not depend on the exact borders.
+// Borders of pictures are multiples of this number of pixels: pictures of a camera that moves
+// have few sizes, whose memory is there already. Of rough mirrors, so that their blur does not
+// depend on the exact borders.
+constexpr double kSharpSquare = 16.0;
 constexpr double kRoughSquare = 32.0;
 
 // Width of the lobe in pixels, for objects far behind the mirror (erratum R4), above which a
@@ -176,6 +178,10 @@ struct MirrorPicture {
     bool rough = false;                   // surfaces read it blurred
     bool coarse = false;                  // half size, because the blur is wide
 };
+PixelRect within(const PixelRect& rect, const ViewTask& task) {
+    return {rect.x, rect.y, std::min(rect.width, task.width - rect.x),
+            std::min(rect.height, task.height - rect.y)};
+}
 MirrorPicture pictureOf(const MirrorGroup& group, const ViewTask& task, const Accuracy& a) {
     MirrorPicture picture{.pixelsPerSlope = pixelsPerSlope(task.view, task.height),
                           .rough = group.roughness > kSharpRoughness};
@@ -186,7 +192,8 @@ MirrorPicture pictureOf(const MirrorGroup& group, const ViewTask& task, const Ac
         picture.rough ? std::min(5.0 * alpha * slope, kMaxGuard * std::max(task.width, task.height))
                       : 0.0;
     const PixelRect touched = pixelRect(group.covered, task.width, task.height, guard);
-    picture.rect = picture.rough ? alignedToGrid(touched, kRoughSquare) : touched;
+    picture.rect = picture.rough ? alignedToGrid(touched, kRoughSquare)
+                                 : within(alignedToGrid(touched, kSharpSquare), task);
     picture.view =
         mirroredView(cropped(task.view, picture.rect, task.width, task.height), group.plane);
     picture.coarse = a.preset != Preset::fine && 4.898979486 * alpha * slope > kCoarseBlur;

@@ -133,11 +133,11 @@ private:
                         .background = work.background,
                         .records = work.recorded.targets,
                         .rect = work.recorded.rect,
-                        .radiance = sizedAs(pass.target, "radiance of rays", Format::rgba32f),
+                        .radiance = scratchFor(pass.target, "radiance of rays", Format::rgba32f),
                         .everyPixel = glass && work.background.radiance.has_value()};
         if (context_.builder.target(pass.target).samples > 1) {
-            rays.sample = {sizedAs(pass.target, "start of a sample", Format::rgba32ui),
-                           sizedAs(pass.target, "way of a sample", Format::rgba32ui)};
+            rays.sample = {scratchFor(pass.target, "start of a sample", Format::rgba32ui),
+                           scratchFor(pass.target, "way of a sample", Format::rgba32ui)};
         }
         Pass follow{.name = nameOf(task_.subject) + ":rays",
                     .subject = task_.subject,
@@ -151,31 +151,33 @@ private:
         context_.builder.addPass(std::move(follow));
     }
 
-    // Of the size of `target`. All views of that size share it: what a pass writes there, the next
-    // one reads. number: of those with this name.
-    TargetId sizedAs(TargetId target, const char* name, Format format, std::uint32_t samples = 1,
-                     std::uint32_t number = 0) {
+    // As large as `target`. All views share it: what a pass writes there, the next one reads.
+    // number: of those with this name.
+    TargetId scratchFor(TargetId target, const char* name, Format format, std::uint32_t samples = 1,
+                        std::uint32_t number = 0) {
         const TargetSpec drawn = context_.builder.target(target);
         PlanHash key;
         key.add(name);
         key.add(number);
         key.add(samples);
-        key.add(drawn.width);
-        key.add(drawn.height);
-        if (const auto shared = context_.builder.shared(key.value())) return *shared;
+        if (const auto shared = context_.builder.shared(key.value())) {
+            context_.builder.enlarge(*shared, drawn.width, drawn.height);
+            return *shared;
+        }
         const TargetId added = context_.builder.addTarget({.name = name,
                                                            .format = format,
                                                            .width = drawn.width,
                                                            .height = drawn.height,
-                                                           .samples = samples});
+                                                           .samples = samples,
+                                                           .scratch = true});
         context_.builder.share(key.value(), added);
         return added;
     }
     std::vector<TargetId> recordTargets(TargetId target, std::uint32_t count) {
         std::vector<TargetId> targets;
         for (std::uint32_t i = 0; i < count; ++i) {
-            targets.push_back(sizedAs(target, "records of rays", Format::rgba32ui,
-                                      context_.builder.target(target).samples, i));
+            targets.push_back(scratchFor(target, "records of rays", Format::rgba32ui,
+                                         context_.builder.target(target).samples, i));
         }
         return targets;
     }

@@ -1,5 +1,7 @@
 #include "plan/graph/plan_builder.h"
 
+#include <algorithm>
+
 namespace clerestory {
 
 TargetId PlanBuilder::addTarget(TargetSpec spec) {
@@ -26,6 +28,12 @@ std::optional<TargetId> PlanBuilder::shared(std::uint64_t key) const {
 
 void PlanBuilder::share(std::uint64_t key, TargetId target) {
     if (shared_.emplace(key, target).second) sharedInOrder_.push_back(key);
+}
+
+void PlanBuilder::enlarge(TargetId scratch, std::uint32_t width, std::uint32_t height) {
+    TargetSpec& spec = plan_.targets[scratch];
+    spec.width = std::max(spec.width, width);
+    spec.height = std::max(spec.height, height);
 }
 
 PlanBuilder::Transaction::Transaction(PlanBuilder& builder)

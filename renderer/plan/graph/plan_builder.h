@@ -43,6 +43,8 @@ public:
     // Targets that several views read, by a key that identifies them within the frame.
     std::optional<TargetId> shared(std::uint64_t key) const;
     void share(std::uint64_t key, TargetId target);
+    // Makes a scratch target at least that large, in texels.
+    void enlarge(TargetId scratch, std::uint32_t width, std::uint32_t height);
 
     class Transaction;
 

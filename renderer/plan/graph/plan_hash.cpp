@@ -5,13 +5,14 @@ namespace {
 
 // Hashes everything except the name and the identity of the content.
 void addTarget(PlanHash& hash, const TargetSpec& target) {
-    const auto& [name, kind, format, storage, width, height, levels, samples, depth, residentKey,
-                 inputsHash] = target;
+    const auto& [name, kind, format, storage, width, height, levels, samples, depth, scratch,
+                 residentKey, inputsHash] = target;
     hash.add(kind);
     hash.add(format);
     hash.add(storage);
-    hash.add(width);
-    hash.add(height);
+    // Other views make a scratch target larger.
+    hash.add(scratch ? 0 : width);
+    hash.add(scratch ? 0 : height);
     hash.add(levels);
     hash.add(samples);
     hash.add(depth);

@@ -28,6 +28,8 @@ struct TargetSpec {
     std::uint32_t levels = 1;
     std::uint32_t samples = 1;
     bool depth = false;
+    // A pass uses the part of it that it writes itself, so that any target is right that holds it.
+    bool scratch = false;
     std::uint64_t residentKey = 0;  // not 0: the content outlives the frame and has this key
     // Hash of everything from which the planner derives residentKey: if it is equal, so is the key,
     // and the passes need not be planned to find it. 0: none.
