@@ -3,10 +3,12 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <cerrno>
+
 namespace clerestory {
 
-constinit BlockPool shaderBlocks(32 << 10, 8192, GivenPages::returned);
-constinit BlockPool commandBlocks(64 << 10, 2048, GivenPages::kept);
+constinit BlockPool shaderBlocks(32 << 10, 8192, Written::partly);
+constinit BlockPool commandBlocks(64 << 10, 2048, Written::whole);
 
 namespace {
 
@@ -28,31 +30,48 @@ void BlockPool::open() noexcept {
     region_ = static_cast<std::byte*>(memory);
 }
 
-std::uint32_t BlockPool::pop() noexcept {
-    std::uint64_t head = head_;
+void makeResident(void* memory, std::size_t bytes) noexcept {
+    const auto page = static_cast<std::uintptr_t>(getpagesize());
+    const auto begin = reinterpret_cast<std::uintptr_t>(memory);
+    const std::uintptr_t first = (begin + page - 1) / page * page;
+    const std::uintptr_t end = (begin + bytes) / page * page;
+    const int error = errno;
+    madvise(reinterpret_cast<void*>(first), end - first, MADV_POPULATE_WRITE);
+    errno = error;
+}
+
+std::uint32_t BlockPool::pop(Stack& stack) noexcept {
+    std::uint64_t head = stack;
     while (true) {
         const auto entry = static_cast<std::uint32_t>(head & kLowerHalf);
         if (entry == 0) return count_;
-        if (head_.compare_exchange_weak(head, headWith(head, next_[entry - 1]))) return entry - 1;
+        if (stack.compare_exchange_weak(head, headWith(head, next_[entry - 1]))) return entry - 1;
     }
 }
 
-void BlockPool::push(std::uint32_t block) noexcept {
-    std::uint64_t head = head_;
+void BlockPool::push(Stack& stack, std::uint32_t block) noexcept {
+    std::uint64_t head = stack;
     do {
         next_[block] = static_cast<std::uint32_t>(head & kLowerHalf);
-    } while (!head_.compare_exchange_weak(head, headWith(head, block + 1)));
+    } while (!stack.compare_exchange_weak(head, headWith(head, block + 1)));
+}
+
+std::uint32_t BlockPool::popNew() noexcept {
+    std::uint32_t block = unused_;
+    while (block < count_ && !unused_.compare_exchange_weak(block, block + 1)) {
+    }
+    return block;
 }
 
 void* BlockPool::take() noexcept {
     std::byte* const first = region_.load(std::memory_order_relaxed);
     if (!first) return nullptr;
-    std::uint32_t block = pop();
+    std::uint32_t block = pop(given_);
     if (block == count_) {
-        block = unused_;
-        while (block < count_ && !unused_.compare_exchange_weak(block, block + 1)) {
-        }
+        block = pop(released_);
+        if (block == count_) block = popNew();
         if (block == count_) return nullptr;
+        if (written_ == Written::whole) makeResident(first + block * stride_, stride_);
     }
     ++taken_;
     return first + block * stride_;
@@ -65,24 +84,14 @@ bool BlockPool::owns(const void* memory) const noexcept {
 }
 
 void BlockPool::give(void* block) noexcept {
-    if (given_ == GivenPages::returned) madvise(block, stride_, MADV_DONTNEED);
     --taken_;
-    push(static_cast<std::uint32_t>((static_cast<std::byte*>(block) - region_) / stride_));
+    push(given_, static_cast<std::uint32_t>((static_cast<std::byte*>(block) - region_) / stride_));
 }
 
 void BlockPool::releasePages() noexcept {
-    if (given_ == GivenPages::returned) return;
-    // Taken out first, so that no other thread has one of them.
-    std::uint32_t chain = 0;
-    for (std::uint32_t block = pop(); block != count_; block = pop()) {
+    for (std::uint32_t block = pop(given_); block != count_; block = pop(given_)) {
         madvise(region_ + block * stride_, stride_, MADV_DONTNEED);
-        next_[block] = chain;
-        chain = block + 1;
-    }
-    while (chain != 0) {
-        const std::uint32_t block = chain - 1;
-        chain = next_[block];
-        push(block);
+        push(released_, block);
     }
 }
 

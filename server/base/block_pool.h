@@ -21,9 +21,8 @@
 
 namespace clerestory {
 
-// The pages of a block that is given back: returned to the system, or kept for the next one until
-// releasePages().
-enum class GivenPages { returned, kept };
+// What those who take a block write: a part of it, or all of it.
+enum class Written { partly, whole };
 
 class BlockPool {
 public:
@@ -31,8 +30,8 @@ public:
 
     // `count` blocks, at most kMaxCount, for allocations from 128 bytes less than `bytes`, a
     // multiple of 4096, to 64 more: with and without headers.
-    constexpr BlockPool(std::size_t bytes, std::uint32_t count, GivenPages given)
-        : bytes_(bytes), stride_(bytes + 4096), count_(count), given_(given) {}
+    constexpr BlockPool(std::size_t bytes, std::uint32_t count, Written written)
+        : bytes_(bytes), stride_(bytes + 4096), count_(count), written_(written) {}
     BlockPool(const BlockPool&) = delete;
     BlockPool& operator=(const BlockPool&) = delete;
 
@@ -48,26 +47,35 @@ public:
     void* take() noexcept;
     bool owns(const void* memory) const noexcept;
     void give(void* block) noexcept;  // one that take() returned
+    // Returns the pages of blocks that were given back to the system. Until then they stay for the
+    // next blocks: compiling a shader takes and gives back hundreds.
     void releasePages() noexcept;
 
     std::size_t takenBytes() const noexcept { return taken_ * stride_; }
 
 private:
-    std::uint32_t pop() noexcept;
-    void push(std::uint32_t block) noexcept;
+    // A stack of blocks. The upper half of its head counts changes, so that a thread notices when
+    // others have removed and returned the same block; the lower half and each entry of next_ are
+    // one more than a block's number, or zero at the end.
+    using Stack = std::atomic<std::uint64_t>;
+    std::uint32_t pop(Stack& stack) noexcept;
+    void push(Stack& stack, std::uint32_t block) noexcept;
+    std::uint32_t popNew() noexcept;
 
     const std::size_t bytes_, stride_;
     const std::uint32_t count_;
-    const GivenPages given_;
+    const Written written_;
     std::atomic<std::byte*> region_{nullptr};
     std::atomic<std::uint32_t> unused_{0};  // the first block that was never taken
     std::atomic<std::size_t> taken_{0};
-    // Blocks that were given back: a stack. The upper half of its head counts changes, so that a
-    // thread notices when others have removed and returned the same block; the lower half and each
-    // entry of next_ are one more than a block's number, or zero at the end.
-    std::atomic<std::uint64_t> head_{0};
+    Stack given_{0}, released_{0};  // blocks that were given back: with their pages, without
     std::array<std::atomic<std::uint32_t>, kMaxCount> next_{};
 };
+
+// Makes the pages within that memory, which is written soon, resident in one call: a page fault for
+// each of them takes 2 to 20 times as long on virtual machines. Systems before Linux 5.14 refuse
+// it, and have the faults.
+void makeResident(void* memory, std::size_t bytes) noexcept;
 
 // Those of this process.
 extern BlockPool shaderBlocks, commandBlocks;

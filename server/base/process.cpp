@@ -102,6 +102,7 @@ void keepHeapsSmall() {
 }
 
 void releaseUnusedMemory() {
+    shaderBlocks.releasePages();
     commandBlocks.releasePages();
     malloc_trim(0);
     dl_iterate_phdr(releaseCompilerCode, nullptr);

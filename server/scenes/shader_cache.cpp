@@ -17,6 +17,9 @@ constexpr const char* kDisable = "MESA_SHADER_CACHE_DISABLE";
 // Of NVIDIA's driver.
 constexpr const char* kOtherFolder = "__GL_SHADER_DISK_CACHE_PATH";
 constexpr const char* kOtherSwitch = "__GL_SHADER_DISK_CACHE";
+// Mesa looks for an entry in one database after the other, by default in 50, with 20 system calls
+// for each.
+constexpr const char* kDatabases = "MESA_DISK_CACHE_DATABASE_NUM_PARTS";
 constexpr const char* kPerformance = "GALLIVM_PERF";
 constexpr const char* kFast = "nopt";
 
@@ -45,6 +48,7 @@ std::filesystem::path markOf(const std::string& what) {
 }  // namespace
 
 void useShaderCache(const std::filesystem::path& folder) {
+    setenv(kDatabases, "1", 0);
     if (std::getenv(kFolder) || std::getenv(kDisable)) return;
     const std::filesystem::path chosen = folder.empty() ? userCache() / "shaders" : folder;
     if (folder == "none" || userCache().empty()) {

@@ -1,6 +1,7 @@
 // The allocator of the C library, which ends the process of a worker when a small allocation fails
-// (see endWithoutMemory()), and takes Mesa's blocks from pools (see BlockPool). Linked only into
-// the program, so that every library and driver uses these definitions.
+// (see endWithoutMemory()), takes Mesa's blocks from pools (see BlockPool), and makes the pages of
+// large blocks resident in one call. Linked only into the program, so that every library and driver
+// uses these definitions.
 #include "scene/import/sandbox/jail.h"
 #include "server/base/block_pool.h"
 #include "server/worker/confinement.h"
@@ -30,7 +31,12 @@ using clerestory::shaderBlocks;
 // Code that allocates more, for a texture or a picture, handles failure, and only its frame fails.
 constexpr std::size_t kSmall = 1 << 20;
 
+// Blocks of these sizes, in bytes, are textures, buffers and pictures, which are written from end
+// to end. Larger ones may be reserves.
+constexpr std::size_t kLeastWhole = 256 << 10, kMostWhole = 64 << 20;
+
 void* checked(void* memory, std::size_t size) {
+    if (memory && size >= kLeastWhole && size <= kMostWhole) clerestory::makeResident(memory, size);
     if (memory || size == 0 || size >= kSmall) return memory;
     if (clerestory::endsWithoutMemory()) _exit(clerestory::kEndedWithoutMemory);
     return nullptr;

@@ -25,8 +25,8 @@ constexpr std::uint32_t kCount = 100;
 constexpr const char* kLargePages = "pages of this machine do not divide a block";
 
 // Null if pages of this machine do not divide a block.
-std::unique_ptr<BlockPool> openPool(GivenPages given) {
-    auto pool = std::make_unique<BlockPool>(kBytes, kCount, given);
+std::unique_ptr<BlockPool> openPool(Written written = Written::partly) {
+    auto pool = std::make_unique<BlockPool>(kBytes, kCount, written);
     EXPECT_EQ(pool->take(), nullptr) << "it is not open";
     pool->open();
     void* const block = pool->take();
@@ -44,21 +44,37 @@ std::size_t residentPages(const BlockPool& pool, void* block) {
 }
 
 TEST(BlockPool, UntouchedPagesOfAUsedBlockTakeNoMemory) {
-    const auto pool = openPool(GivenPages::returned);
+    const auto pool = openPool();
     if (!pool) GTEST_SKIP() << kLargePages;
     void* const block = pool->take();
     EXPECT_EQ(residentPages(*pool, block), 0u);
     std::memset(block, 1, pool->blockBytes());
     EXPECT_GT(residentPages(*pool, block), 1u);
     pool->give(block);
+    pool->releasePages();
     ASSERT_EQ(pool->take(), block);
     *static_cast<char*>(block) = 1;
     EXPECT_EQ(residentPages(*pool, block), 1u);
     pool->give(block);
 }
 
+TEST(BlockPool, ABlockThatIsWrittenWholeHasItsPages) {
+    const auto pool = openPool(Written::whole);
+    if (!pool) GTEST_SKIP() << kLargePages;
+    void* const block = pool->take();
+    const std::size_t all = residentPages(*pool, block);
+    if (all == 0) GTEST_SKIP() << "this system does not make pages resident (Linux 5.14)";
+    EXPECT_EQ(all, pool->blockBytes() / static_cast<std::size_t>(sysconf(_SC_PAGESIZE)));
+    pool->give(block);
+    pool->releasePages();
+    EXPECT_EQ(residentPages(*pool, block), 0u);
+    ASSERT_EQ(pool->take(), block);
+    EXPECT_EQ(residentPages(*pool, block), all);
+    pool->give(block);
+}
+
 TEST(BlockPool, KeepsPagesUntilTheyAreReleased) {
-    const auto pool = openPool(GivenPages::kept);
+    const auto pool = openPool();
     if (!pool) GTEST_SKIP() << kLargePages;
     std::vector<void*> given;
     for (int i = 0; i < 5; ++i) given.push_back(pool->take());
@@ -79,7 +95,7 @@ TEST(BlockPool, KeepsPagesUntilTheyAreReleased) {
 }
 
 TEST(BlockPool, BlocksAreDistinctAndLimited) {
-    const auto pool = openPool(GivenPages::returned);
+    const auto pool = openPool();
     if (!pool) GTEST_SKIP() << kLargePages;
     std::set<void*> taken;
     while (void* const block = pool->take()) {
@@ -98,7 +114,7 @@ TEST(BlockPool, BlocksAreDistinctAndLimited) {
 // Each thread writes its number into the blocks that it holds, and finds it there later, while
 // another one releases the pages of the rest.
 TEST(BlockPool, ABlockBelongsToOneThreadAtATime) {
-    const auto pool = openPool(GivenPages::kept);
+    const auto pool = openPool();
     if (!pool) GTEST_SKIP() << kLargePages;
     std::atomic<int> mixedUp = 0;
     std::vector<std::thread> threads;
@@ -131,7 +147,7 @@ constexpr std::size_t kShader = (32 << 10) - 16, kCommands = (64 << 10) + 16;  /
 class Allocator : public testing::Test {
 protected:
     void SetUp() override {
-        if (!openPool(GivenPages::kept)) GTEST_SKIP() << kLargePages;
+        if (!openPool()) GTEST_SKIP() << kLargePages;
         shaderBlocks.open();
         commandBlocks.open();
     }
