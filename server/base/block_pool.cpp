@@ -1,9 +1,9 @@
 #include "server/base/block_pool.h"
 
+#include "server/base/pages.h"
+
 #include <sys/mman.h>
 #include <unistd.h>
-
-#include <cerrno>
 
 namespace clerestory {
 
@@ -26,18 +26,9 @@ void BlockPool::open() noexcept {
     void* const memory = mmap(nullptr, bytes, PROT_READ | PROT_WRITE,
                               MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (memory == MAP_FAILED) return;
-    madvise(memory, bytes, MADV_NOHUGEPAGE);  // one would make many blocks resident
+    // A huge page makes all of its blocks resident.
+    madvise(memory, bytes, written_ == Written::whole ? MADV_HUGEPAGE : MADV_NOHUGEPAGE);
     region_ = static_cast<std::byte*>(memory);
-}
-
-void makeResident(void* memory, std::size_t bytes) noexcept {
-    const auto page = static_cast<std::uintptr_t>(getpagesize());
-    const auto begin = reinterpret_cast<std::uintptr_t>(memory);
-    const std::uintptr_t first = (begin + page - 1) / page * page;
-    const std::uintptr_t end = (begin + bytes) / page * page;
-    const int error = errno;
-    madvise(reinterpret_cast<void*>(first), end - first, MADV_POPULATE_WRITE);
-    errno = error;
 }
 
 std::uint32_t BlockPool::pop(Stack& stack) noexcept {

@@ -72,11 +72,6 @@ private:
     std::array<std::atomic<std::uint32_t>, kMaxCount> next_{};
 };
 
-// Makes the pages within that memory, which is written soon, resident in one call: a page fault for
-// each of them takes 2 to 20 times as long on virtual machines. Systems before Linux 5.14 refuse
-// it, and have the faults.
-void makeResident(void* memory, std::size_t bytes) noexcept;
-
 // Those of this process.
 extern BlockPool shaderBlocks, commandBlocks;
 

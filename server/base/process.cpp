@@ -94,9 +94,8 @@ double allocatedBytes() {
 }
 
 void keepHeapsSmall() {
-    constexpr int kLarge = 4 << 20;
-    mallopt(M_MMAP_THRESHOLD, kLarge);
-    mallopt(M_TRIM_THRESHOLD, kLarge);
+    mallopt(M_MMAP_THRESHOLD, kMappedBlock);
+    mallopt(M_TRIM_THRESHOLD, kMappedBlock);
     shaderBlocks.open();
     commandBlocks.open();
 }

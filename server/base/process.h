@@ -23,10 +23,13 @@ double residentBytes();  // in RAM; 0 if unknown
 // Allocated by the program and its libraries, without the free memory of the allocator.
 double allocatedBytes();
 
-// For a process that draws. Freed blocks of 4 MB and more, and as much at the end of a heap, go
-// back to the system at once; by default the C library keeps up to 32 and 64 MB of them, in every
-// heap, depending on what was freed before. The blocks of Mesa get memory of their own; see
-// BlockPool.
+// Freed blocks of at least so many bytes go back to the system; see keepHeapsSmall().
+constexpr std::size_t kMappedBlock = 4 << 20;
+
+// For a process that draws. Freed blocks of kMappedBlock and more, and as much at the end of a
+// heap, go back to the system at once; by default the C library keeps up to 32 and 64 MB of them,
+// in every heap, depending on what was freed before. The blocks of Mesa get memory of their own;
+// see BlockPool.
 void keepHeapsSmall();
 
 // Returns the free memory of the allocator to the system, and the pages of the shader compiler's

@@ -4,9 +4,12 @@
 // uses these definitions.
 #include "scene/import/sandbox/jail.h"
 #include "server/base/block_pool.h"
+#include "server/base/pages.h"
+#include "server/base/process.h"
 #include "server/worker/confinement.h"
 
 #include <dlfcn.h>
+#include <malloc.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -35,7 +38,12 @@ constexpr std::size_t kSmall = 1 << 20;
 // to end. Larger ones may be reserves.
 constexpr std::size_t kLeastWhole = 256 << 10, kMostWhole = 64 << 20;
 
+bool hasHugePages(std::size_t size) {
+    return size >= clerestory::kMappedBlock && size <= kMostWhole;
+}
+
 void* checked(void* memory, std::size_t size) {
+    if (memory && hasHugePages(size)) clerestory::useHugePages(memory, size);
     if (memory && size >= kLeastWhole && size <= kMostWhole) clerestory::makeResident(memory, size);
     if (memory || size == 0 || size >= kSmall) return memory;
     if (clerestory::endsWithoutMemory()) _exit(clerestory::kEndedWithoutMemory);
@@ -63,7 +71,8 @@ void* pooled(std::size_t size) {
 
 extern "C" void* malloc(std::size_t size) {
     if (void* const block = pooled(size)) return block;
-    return checked(__libc_malloc(size), size);
+    return hasHugePages(size) ? memalign(clerestory::kHugePage, size)
+                              : checked(__libc_malloc(size), size);
 }
 extern "C" void* calloc(std::size_t count, std::size_t size) {
     const bool small = count == 0 || size < kSmall / count;
@@ -94,7 +103,8 @@ extern "C" std::size_t malloc_usable_size(void* memory) {
     return next(memory);
 }
 extern "C" void* memalign(std::size_t alignment, std::size_t size) {
-    return checked(__libc_memalign(alignment, size), size);
+    const std::size_t least = hasHugePages(size) ? clerestory::kHugePage : 1;
+    return checked(__libc_memalign(std::max(alignment, least), size), size);
 }
 extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) {
     return memalign(alignment, size);

@@ -1,6 +1,7 @@
 // Pools of blocks of one size, and the program's allocator, which uses them; this test program is
 // linked with it.
 #include "server/base/block_pool.h"
+#include "server/base/process.h"
 
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -193,6 +194,39 @@ TEST_F(Allocator, MovesABlockThatChangesItsSize) {
             ASSERT_EQ(moved[i], i % 251) << size;
         std::free(moved);
         EXPECT_EQ(shaderBlocks.takenBytes(), before) << size;
+    }
+}
+
+// Blocks of all sizes keep what is written into them, also where they move.
+TEST_F(Allocator, LargeBlocksHaveTheirPages) {
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    for (const std::size_t size : {std::size_t{300} << 10, std::size_t{3} << 20, kMappedBlock,
+                                   std::size_t{9} << 20, std::size_t{80} << 20}) {
+        auto* block = static_cast<unsigned char*>(std::malloc(size));
+        ASSERT_NE(block, nullptr);
+        const std::size_t skipped = page - reinterpret_cast<std::uintptr_t>(block) % page;
+        std::vector<unsigned char> pages((size - skipped) / page);
+        ASSERT_EQ(mincore(block + skipped, pages.size() * page, pages.data()), 0);
+        const auto resident =
+            std::count_if(pages.begin(), pages.end(), [](unsigned char p) { return (p & 1) != 0; });
+        if (size == std::size_t{80} << 20) {
+            EXPECT_LT(resident, 600) << "it may be a reserve";
+        } else if (resident > 0) {  // Linux 5.14
+            EXPECT_EQ(resident, static_cast<std::ptrdiff_t>(pages.size())) << size;
+        }
+        for (std::size_t i = 0; i < size; i += 1000) block[i] = static_cast<unsigned char>(i % 251);
+        block = static_cast<unsigned char*>(std::realloc(block, 2 * size));
+        ASSERT_NE(block, nullptr);
+        for (std::size_t i = 0; i < size; i += 1000) ASSERT_EQ(block[i], i % 251) << size;
+        std::free(block);
+        auto* const zeros = static_cast<unsigned char*>(std::calloc(size, 1));
+        EXPECT_TRUE(std::all_of(zeros, zeros + size, [](unsigned char byte) { return byte == 0; }));
+        std::free(zeros);
+    }
+    for (const std::size_t alignment : {std::size_t{64}, std::size_t{8} << 20}) {
+        void* const block = std::aligned_alloc(alignment, std::size_t{16} << 20);
+        EXPECT_EQ(reinterpret_cast<std::uintptr_t>(block) % alignment, 0u);
+        std::free(block);
     }
 }
 
