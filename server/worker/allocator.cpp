@@ -36,15 +36,15 @@ constexpr std::size_t kSmall = 1 << 20;
 
 // Blocks of these sizes, in bytes, are textures, buffers and pictures, which are written from end
 // to end. Larger ones may be reserves.
-constexpr std::size_t kLeastWhole = 256 << 10, kMostWhole = 64 << 20;
+constexpr std::size_t kMinWhole = 256 << 10, kMaxWhole = 64 << 20;
 
 bool hasHugePages(std::size_t size) {
-    return size >= clerestory::kMappedBlock && size <= kMostWhole;
+    return size >= clerestory::kMappedBlock && size <= kMaxWhole;
 }
 
 void* checked(void* memory, std::size_t size) {
     if (memory && hasHugePages(size)) clerestory::useHugePages(memory, size);
-    if (memory && size >= kLeastWhole && size <= kMostWhole) clerestory::makeResident(memory, size);
+    if (memory && size >= kMinWhole && size <= kMaxWhole) clerestory::makeResident(memory, size);
     if (memory || size == 0 || size >= kSmall) return memory;
     if (clerestory::endsWithoutMemory()) _exit(clerestory::kEndedWithoutMemory);
     return nullptr;
