@@ -56,6 +56,11 @@ struct Baker::Shared {
         return std::find_if(entries.begin(), entries.end(),
                             [&](const Entry& entry) { return entry.key == key; });
     }
+    // Takes the lock. An entry may be dropped while a thread rests.
+    bool isKnown(std::uint64_t key) {
+        const std::lock_guard lock(mutex);
+        return find(key) != entries.end();
+    }
     // The entry begun or requested last that is not finished.
     Entries::iterator next() {
         return std::find_if(entries.begin(), entries.end(),
@@ -165,7 +170,7 @@ void Baker::Shared::coordinate() {
         std::shared_ptr<const SurfaceLight> light;
         bool complete = false;
         try {
-            if (!bake && restOrStop()) bake = make();
+            if (!bake && restOrStop() && isKnown(key)) bake = make();
             if (bake && bake->samples() > 0) runRound(key, bake);
             if (!cancelled && bake) {
                 bake->endRound();

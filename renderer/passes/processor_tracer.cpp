@@ -95,9 +95,10 @@ const rays::CubeMap& ProcessorTracer::cubeOf(const Target* environment) {
     return cube_;
 }
 
+// Maps of a warm-up have no keys, and are read each time.
 const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows, const Target* tints) {
     const TargetSpec& spec = shadows.spec();
-    if (spec.residentKey != depthsKey_) {
+    if (spec.residentKey == 0 || spec.residentKey != depthsKey_) {
         depthsKey_ = spec.residentKey;
         depths_.width = spec.width;
         depths_.height = spec.height;
@@ -105,7 +106,7 @@ const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows, const Ta
         shadows.readable().readDepths(depths_.depths);
     }
     const std::uint64_t tintsKey = tints ? tints->spec().residentKey : 0;
-    if (tintsKey == tintsKey_) return depths_;
+    if (tintsKey != 0 && tintsKey == tintsKey_) return depths_;
     tintsKey_ = tintsKey;
     depths_.tints.clear();
     if (tints) {

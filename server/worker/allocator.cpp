@@ -79,7 +79,8 @@ extern "C" void* calloc(std::size_t count, std::size_t size) {
     if (void* const block = small ? pooled(count * size) : nullptr) {
         return std::memset(block, 0, count * size);
     }
-    return checked(__libc_calloc(count, size), small ? count * size : kSmall);
+    void* const zeros = __libc_calloc(count, size);
+    return checked(zeros, zeros || small ? count * size : kSmall);  // the product may overflow
 }
 extern "C" void free(void* memory) {
     BlockPool* const pool = poolOf(memory);

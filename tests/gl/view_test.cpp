@@ -1,5 +1,5 @@
 // Whole frames: orientation, size, camera, repetition.
-#include "support.h"
+#include "lit_room.h"
 
 #include <algorithm>
 #include <cmath>
@@ -299,15 +299,33 @@ TEST_F(Views, UnknownScenesAndMapsAreNamed) {
 TEST_F(Views, WarmUpCompilesEveryProgram) {
     FrameRequest r = twoBalls();
     r.scene = "two balls";
+    r.output.format = OutputFormat::png;
+    r.accuracy.edgeFilter = true;
     WarmUp warmUp = renderer().beginWarmUp({r});
     while (renderer().advance(warmUp)) {
     }
-    r.output.format = OutputFormat::png;
-    r.accuracy.edgeFilter = true;
     const RendererCounters before = renderer().counters();
     renderer().render(r);
     EXPECT_EQ(renderer().counters().programsMade, before.programsMade);
     EXPECT_EQ(renderer().counters().pipelinesMade, before.pipelinesMade);
+}
+
+// Its maps are small and have no keys; a ray from a pixel that it draws reads them.
+TEST_F(Views, WarmUpFollowsRaysToShadows) {
+    Scene scene;
+    placeRoom(scene, addMaterial(scene, lambert(0.5f)));
+    place(scene, sphere(0.5f, 32, addMaterial(scene, mirrorMetal(0.9f))));
+    addLight(scene, {.intensity = glm::vec3(2.0f)}, moved(0.0, 0.8, 0.5));
+    FrameRequest r = request(std::move(scene), "mirror that fills the view", {0.0, 0.0, 0.6});
+    r.effects.shadows = true;
+    r.accuracy.curved = CurvedMethod::traced;
+    WarmUp warmUp = renderer().beginWarmUp({r});
+    while (renderer().advance(warmUp)) {
+    }
+    const Image image = renderer().render(r).image;
+    const glm::vec3 corner = color(image, 0, image.height - 1);
+    EXPECT_GT(corner.x, 0.0f) << "there is a ray in the first pixel";
+    EXPECT_TRUE(std::isfinite(corner.x));
 }
 
 TEST_F(Views, ReplacedScenesShowImmediately) {
