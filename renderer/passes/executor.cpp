@@ -207,7 +207,7 @@ Image Executor::readBack(const FramePlan& plan, const Target& output) {
 }
 
 std::vector<Target*> Executor::begin(const ExecutionInput& input) {
-    targets_.beginFrame();
+    targets_.makeAvailable();
     resources_.instances.clear();
     if (!input.plan.materials.empty()) {
         resources_.frameMaterials.assign(input.plan.materials);
@@ -270,6 +270,7 @@ void Executor::runAlone(const ExecutionInput& input, std::size_t pass) {
 
 Execution Executor::run(const ExecutionInput& input, Readback readback,
                         const std::function<bool()>& abandoned) {
+    targets_.beginFrame();
     const std::vector<Target*> targets = begin(input);
     Execution result;
     shown_.insert(&input.scene);

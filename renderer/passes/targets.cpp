@@ -180,8 +180,7 @@ std::uint64_t Target::bytes() const {
     return texels * color + levels + multisampled + texels * depth * spec_.samples;
 }
 
-void TargetPool::beginFrame() {
-    ++frame_;
+void TargetPool::makeAvailable() {
     for (Entry& entry : entries_) entry.taken = false;
     // A resident target whose pass failed has no valid content.
     const std::size_t erased = std::erase_if(

@@ -63,8 +63,10 @@ private:
 
 class TargetPool {
 public:
+    // Passes that are not part of a frame, as those of a warm-up, do not make targets older.
+    void beginFrame() { ++frame_; }
     // Makes all targets that are not resident available.
-    void beginFrame();
+    void makeAvailable();
     // Returns the resident target of that key, or a target of this description that is not used yet
     // in this frame; creates it if there is none. scene: that the frame shows.
     Target& acquire(const TargetSpec& spec, const Scene& scene);

@@ -328,6 +328,32 @@ TEST_F(Views, WarmUpFollowsRaysToShadows) {
     EXPECT_TRUE(std::isfinite(corner.x));
 }
 
+// Each of its passes runs alone.
+TEST_F(Views, AWarmUpKeepsTheTargetsOfTheLastFrame) {
+    FrameRequest shown = twoBalls();
+    shown.scene = "two balls";
+    shown.width = 200;
+    Scene scene;
+    for (const float roughness : {0.0f, 0.3f, 0.9f}) {
+        place(scene, sphere(0.4f, 16, addMaterial(scene, mirrorMetal(0.9f, roughness))),
+              moved(roughness, 0.0, 0.0));
+    }
+    addLight(scene, {.intensity = glm::vec3(2.0f)}, moved(0.0, 2.0, 0.0));
+    FrameRequest next = request(std::move(scene), "warmed up", {0.0, 0.0, 3.0});
+    next.effects.shadows = true;
+    renderer().render(shown);
+    // More passes than the frames after which unused targets are deleted.
+    for (int passes = 0; passes < 20;) {
+        WarmUp warmUp = renderer().beginWarmUp({next});
+        const int until = passes;
+        while (renderer().advance(warmUp)) ++passes;
+        ASSERT_GT(passes, until);
+    }
+    const std::uint64_t before = renderer().counters().texturesMade;
+    renderer().render(shown);
+    EXPECT_EQ(renderer().counters().texturesMade, before);
+}
+
 TEST_F(Views, ReplacedScenesShowImmediately) {
     for (const glm::vec3& c : {glm::vec3(1, 0, 0), glm::vec3(0, 1, 0)}) {
         Scene scene;

@@ -178,10 +178,13 @@ struct MirrorPicture {
     bool rough = false;                   // surfaces read it blurred
     bool coarse = false;                  // half size, because the blur is wide
 };
+
+// Without what is right of the view's picture or above it.
 PixelRect within(const PixelRect& rect, const ViewTask& task) {
-    return {rect.x, rect.y, std::min(rect.width, task.width - rect.x),
-            std::min(rect.height, task.height - rect.y)};
+    return {rect.x, rect.y, std::clamp(task.width - rect.x, 1.0, rect.width),
+            std::clamp(task.height - rect.y, 1.0, rect.height)};
 }
+
 MirrorPicture pictureOf(const MirrorGroup& group, const ViewTask& task, const Accuracy& a) {
     MirrorPicture picture{.pixelsPerSlope = pixelsPerSlope(task.view, task.height),
                           .rough = group.roughness > kSharpRoughness};
