@@ -11,6 +11,8 @@ namespace clerestory::rays {
 namespace {
 
 constexpr std::uint32_t kRowsAtOnce = 8, kRaysAtOnce = 64;
+// Pixels of a row that are followed before the next row: their rays meet the same surfaces.
+constexpr std::uint32_t kColumnsAtOnce = 32;
 
 glm::vec3 radianceOf(const Path& path) {
     return {path.radiance[0], path.radiance[1], path.radiance[2]};
@@ -192,12 +194,45 @@ std::uint32_t patternAt(std::uint32_t x, std::uint32_t y) {
     return bit(d, 0) << 3 | bit(y, 0) << 2 | bit(d, 1) << 1 | bit(y, 1);
 }
 
+// Pixels whose own rays are followed together.
+class OwnRays {
+public:
+    explicit OwnRays(const Paths& list) : list_(list) {}
+
+    void add(std::size_t pixel, const RecordedRay& ray) {
+        const std::uint32_t pattern = patternAt(static_cast<std::uint32_t>(pixel % list_.width),
+                                                static_cast<std::uint32_t>(pixel / list_.width));
+        pixels_.push_back(pixel);
+        rays_.push_back({ray, {list_.density.lobePaths, pattern}});
+    }
+    // Calls settle(pixel, ray, path) for each pixel in turn, and forgets them. Returns the number
+    // of paths.
+    template <class Settle>
+    std::uint64_t follow(const Settle& settle) {
+        paths_.resize(rays_.size());
+        list_.tracer.follow(rays_, list_.records.kind, paths_);
+        std::uint64_t count = 0;
+        for (std::size_t k = 0; k < pixels_.size(); ++k) {
+            settle(pixels_[k], rays_[k].ray, paths_[k]);
+            count += paths_[k].count;
+        }
+        pixels_.clear();
+        rays_.clear();
+        return count;
+    }
+
+private:
+    const Paths& list_;
+    std::vector<std::size_t> pixels_;
+    std::vector<RayWithLobe> rays_;
+    std::vector<Path> paths_;
+};
+
 // A part that is thinner than a step is met by some of its pixels only. Follows the rays of all
 // pixels of the grid that took a mean next to a path that met other surfaces, until there are none:
 // along a stem or a line. Returns the number of paths.
-template <class OwnPath>
-std::uint64_t followThinParts(Paths& list, std::uint32_t step, std::span<glm::vec4> radiance,
-                              const OwnPath& ownPath) {
+std::uint64_t followThinParts(const Paths& list, std::uint32_t step,
+                              std::span<glm::vec4> radiance) {
     std::vector<std::uint8_t> taken(list.starts.size(), 0);
     std::vector<std::size_t> front, next;
     for (std::uint32_t y = 0; y < list.height; y += step) {
@@ -206,26 +241,26 @@ std::uint64_t followThinParts(Paths& list, std::uint32_t step, std::span<glm::ve
             if (list.paths[i].count != 0) list.addOthers(i, step, taken, front);
         }
     }
-    std::uint64_t followed = 0;
+    const auto settle = [&](std::size_t i, const RecordedRay& ray, const Path& path) {
+        if (!list.integrates(ray)) {
+            const glm::vec3 more = radianceOf(path) - radianceOf(list.paths[i]);
+            radiance[i] += glm::vec4(ray.share * more, 0.0f);
+        }
+        list.paths[i] = path;
+    };
+    std::atomic<std::uint64_t> followed{0};
     for (; !front.empty(); front.swap(next)) {
         forEachBand(static_cast<std::uint32_t>(front.size()), kRaysAtOnce,
                     [&](std::uint32_t k, std::uint32_t end) {
+                        OwnRays own(list);
                         for (; k < end; ++k) {
                             const std::size_t i = front[k];
-                            const RecordedRay ray = rayOf(list.starts[i], list.records.ways[i]);
-                            const Path path = ownPath(i, ray);
-                            if (!list.integrates(ray)) {
-                                const glm::vec3 more = radianceOf(path) - radianceOf(list.paths[i]);
-                                radiance[i] += glm::vec4(ray.share * more, 0.0f);
-                            }
-                            list.paths[i] = path;
+                            own.add(i, rayOf(list.starts[i], list.records.ways[i]));
                         }
+                        followed += own.follow(settle);
                     });
         next.clear();
-        for (const std::size_t i : front) {
-            followed += list.paths[i].count;
-            list.addOthers(i, step, taken, next);
-        }
+        for (const std::size_t i : front) list.addOthers(i, step, taken, next);
     }
     return followed;
 }
@@ -239,47 +274,52 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density,
     const std::uint32_t width = records.width;
     scratch.resize(std::max(scratch.size(), starts.size()));
     const auto height = static_cast<std::uint32_t>(starts.size() / std::max(1u, width));
-    Paths list{tracer, density, records, width, height, starts, scratch};
-    const auto ownPath = [&](std::size_t i, const RecordedRay& ray) {
-        const std::uint32_t pattern =
-            patternAt(static_cast<std::uint32_t>(i % width), static_cast<std::uint32_t>(i / width));
-        return tracer.follow(ray, records.kind, {density.lobePaths, pattern});
+    const Paths list{tracer, density, records, width, height, starts, scratch};
+    const auto settle = [&](std::size_t i, const RecordedRay& ray, const Path& path) {
+        scratch[i] = path;
+        if (list.integrates(ray)) return;  // below
+        radiance[i] += glm::vec4(ray.share * radianceOf(path), 0.0f);
+    };
+    // Settles the pixel, or adds its ray to `own`.
+    const auto visit = [&](std::uint32_t x, std::uint32_t y, std::uint32_t step, OwnRays& own) {
+        const std::size_t i = list.at(x, y);
+        scratch[i] = {};
+        if (!starts[i].present()) return;
+        const RecordedRay ray = rayOf(starts[i], records.ways[i]);
+        const auto same = std::find_if(records.earlier.begin(), records.earlier.end(),
+                                       [&](const Earlier& e) { return e.starts[i] == starts[i]; });
+        Path path{};
+        if (same != records.earlier.end()) {
+            settle(i, ray, same->paths[i]);
+        } else if (step < density.stride &&
+                   list.known(x, y, step, ray, glm::vec3(radiance[i]), path)) {
+            settle(i, ray, path);
+        } else {
+            own.add(i, ray);
+        }
     };
     std::atomic<std::uint64_t> followed{0};
     // The first step follows the ray of each place of the grid; the others fill the grid between.
     for (std::uint32_t step = density.stride; step >= 1; step /= 2) {
-        const bool first = step == density.stride;
-        forEachBand(
-            (height + step - 1) / step, kRowsAtOnce, [&](std::uint32_t row, std::uint32_t end) {
-                std::uint64_t count = 0;
-                for (; row < end; ++row) {
-                    const std::uint32_t y = row * step;
-                    for (std::uint32_t x = 0; x < width; x += step) {
-                        if (!first && x % (2 * step) == 0 && y % (2 * step) == 0) continue;
-                        const std::size_t i = list.at(x, y);
-                        scratch[i] = {};
-                        if (!starts[i].present()) continue;
-                        const RecordedRay ray = rayOf(starts[i], records.ways[i]);
-                        Path path{};
-                        const auto same = std::find_if(
-                            records.earlier.begin(), records.earlier.end(),
-                            [&](const Earlier& e) { return e.starts[i] == starts[i]; });
-                        if (same != records.earlier.end()) {
-                            path = same->paths[i];
-                        } else if (first ||
-                                   !list.known(x, y, step, ray, glm::vec3(radiance[i]), path)) {
-                            path = ownPath(i, ray);
-                            count += path.count;
+        const auto isDone = [&](std::uint32_t x, std::uint32_t y) {
+            return step < density.stride && x % (2 * step) == 0 && y % (2 * step) == 0;
+        };
+        const std::uint32_t columns = kColumnsAtOnce * step;
+        forEachBand((height + step - 1) / step, kRowsAtOnce,
+                    [&](std::uint32_t first, std::uint32_t end) {
+                        OwnRays own(list);
+                        for (std::uint32_t left = 0; left < width; left += columns) {
+                            const std::uint32_t right = std::min(left + columns, width);
+                            for (std::uint32_t row = first; row < end; ++row) {
+                                for (std::uint32_t x = left; x < right; x += step) {
+                                    if (!isDone(x, row * step)) visit(x, row * step, step, own);
+                                }
+                            }
+                            followed += own.follow(settle);
                         }
-                        scratch[i] = path;
-                        if (list.integrates(ray)) continue;  // below
-                        radiance[i] += glm::vec4(ray.share * radianceOf(path), 0.0f);
-                    }
-                }
-                followed += count;
-            });
-        if (step == density.finest && !first)
-            followed += followThinParts(list, step, radiance, ownPath);
+                    });
+        if (step == density.finest && step < density.stride)
+            followed += followThinParts(list, step, radiance);
     }
     if (density.lobePaths <= 1) return followed;
     forEachBand(height, kRowsAtOnce, [&](std::uint32_t y, std::uint32_t end) {

@@ -1,5 +1,4 @@
-// Directions of the paths that share a rough lobe or disperse, and the sum of their light. A part
-// of path.cpp.
+// Directions of the paths that share a rough lobe or disperse. A part of path.cpp.
 #pragma once
 
 #include "rays/shader_code.h"
@@ -83,43 +82,6 @@ vec3 dispersedInside(vec3 along, vec3 toEye, int primary) {
     if (!(dot(bend, bend) > 1e-12f)) return along;  // straight ahead
     const vec3 normal = direction(dot(bend, toEye) > 0.0f ? bend : -bend);
     return refracted(-toEye, normal, iorOf(primary, dispersion.ior, dispersion.amount)).direction;
-}
-
-struct Sum {
-    vec3 radiance = vec3(0.0f), open = vec3(0.0f);  // open: of paths that met nothing at first
-    float weight = 0.0f, openWeight = 0.0f, nearness = 0.0f;
-    std::uint32_t surfaces = kNoSurfaces;
-    std::uint32_t paths = 0;
-};
-
-// Each path of `ray` leaves towards `toEye` at its start.
-void addPath(Sum& sum, const RecordedRay& ray, bool direct, vec3 along, vec3 toEye, RayCone cone,
-             float weight) {
-    const vec3 start(ray.start.x, ray.start.y, ray.start.z);
-    const float share = max(ray.share.x, max(ray.share.y, ray.share.z));
-    surfaces = sum.surfaces;
-    firstDistance = travelled = -1.0f;
-    dispersion = {};
-    vec3 radiance = radianceFinite(tracedRadiance(start, along, cone, share, direct));
-    if (dispersion.amount > 0.0f) {
-        const float first = firstDistance, whole = travelled;
-        for (const int primary : {0, 2}) {
-            dispersion.primary = primary;
-            const vec3 bent = ray.intoBody ? dispersedInside(along, toEye, primary) : along;
-            const vec3 light = radianceFinite(tracedRadiance(start, bent, cone, share, direct));
-            (primary == 0 ? radiance.x : radiance.z) = primary == 0 ? light.x : light.z;
-        }
-        firstDistance = first;
-        travelled = whole;
-    }
-    radiance = radiance * weight;
-    const bool open = firstDistance >= kFarAway;
-    (open ? sum.open : sum.radiance) += radiance;
-    (open ? sum.openWeight : sum.weight) += weight;
-    // In a body a lobe is narrow; what is behind it matters.
-    sum.nearness += weight / max(ray.intoBody ? travelled : firstDistance, 1e-12f);
-    sum.surfaces = surfaces;
-    ++sum.paths;
 }
 
 struct LobeRay {

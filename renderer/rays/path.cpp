@@ -1,9 +1,10 @@
 #include "rays/path.h"
 
-#include "rays/lobes.h"
+#include "rays/first_rays.h"
 #include "rays/straight_rays.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace clerestory::rays {
@@ -92,22 +93,34 @@ struct PathTracer::Scene : shader::Scene {
 
 namespace {
 
-vec3 vectorOf(const glm::vec3& v) {
-    return {v.x, v.y, v.z};
-}
+using shader::vectorOf;
 
-// The lobe as one direction with a width.
-shader::RoundLobe roundLobeOf(const RecordedRay& ray, Ray kind, vec3 toEye) {
-    const vec3 along = vectorOf(ray.along);
-    if (kind == Ray::mirrored) return shader::mirroredLobe(along, toEye, ray.lobe);
-    return {along, 0.5f * ray.lobe};
-}
-
-shader::RayCone coneOf(const RecordedRay& ray, const shader::RoundLobe& round) {
-    return {ray.width, ray.pixel, 2.0f * round.alpha};
-}
+constexpr std::size_t kFirstRays = 32;  // that are traced at once; at least those of a lobe
 
 const std::uint32_t kNothingMet = shader::hashOfSurfaces(shader::kNoSurfaces, -1) | 1u;
+
+// first: the first rays of its paths.
+Path pathOf(const RecordedRay& ray, Ray kind, vec3 toEye, std::span<const shader::FirstRay> first) {
+    const bool direct = kind == Ray::transmitted;
+    shader::Sum sum;
+    for (const shader::FirstRay& one : first) shader::addPath(sum, ray, direct, toEye, one);
+    if (!(sum.weight + sum.openWeight > 1e-3f)) {
+        sum = {};
+        shader::FirstRay round = shader::roundRayOf(ray, kind, toEye);
+        shader::meet({&round, 1});
+        shader::addPath(sum, ray, direct, toEye, round);
+    } else if (sum.openWeight > 0.0f) {
+        // The weight of the prefiltered map grows with the open fraction of the lobe.
+        const shader::RoundLobe round = shader::roundLobeOf(ray, kind, toEye);
+        const vec3 whole = shader::radianceFinite(
+            shader::backgroundAtEnd(round.along, shader::coneOf(ray, round), direct));
+        sum.open = shader::mix(sum.open, whole * sum.openWeight,
+                               sum.openWeight / (sum.weight + sum.openWeight));
+    }
+    const float weight = sum.weight + sum.openWeight;
+    const vec3 mean = (sum.radiance + sum.open) / weight;
+    return {{mean.x, mean.y, mean.z}, sum.surfaces | 1u, weight / sum.nearness, sum.paths};
+}
 
 }  // namespace
 
@@ -123,48 +136,44 @@ PathTracer::PathTracer(const Surroundings& surroundings)
 PathTracer::~PathTracer() = default;
 
 Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) const {
+    Path path;
+    const RayWithLobe one{ray, lobe};
+    follow({&one, 1}, kind, {&path, 1});
+    return path;
+}
+
+void PathTracer::follow(std::span<const RayWithLobe> rays, Ray kind, std::span<Path> paths) const {
     shader::scene = scene_.get();
-    shader::scatter = {};
-    const vec3 along = vectorOf(ray.along);
-    shader::Sum sum;
-    const bool direct = kind == Ray::transmitted;
-    const vec3 toEye = scene_->toEyeFrom(vectorOf(ray.start));
-    if (lobe.paths > 1 && isRough(ray)) {
-        for (std::uint32_t i = 0; i < lobe.paths; ++i) {
-            shader::scatter = {
-                lobe.paths, i, lobe.pattern, 0,
-                1.0f / std::sqrt(shader::kPathsOfNeighbours * static_cast<float>(lobe.paths))};
-            const shader::LobeRay next =
-                kind == Ray::mirrored ? shader::mirroredInLobe(along, toEye, ray.lobe)
-                                      : shader::transmittedInLobe(along, ray.lobe, ray.intoBody);
-            if (next.weight <= 0.0f) continue;
-            shader::addPath(sum, ray, direct, next.along, toEye, {ray.width, ray.pixel, next.lobe},
-                            next.weight);
+    std::array<shader::FirstRay, kFirstRays> firstRays;
+    struct Departure {
+        vec3 toEye;
+        std::size_t count;  // of first rays
+    };
+    std::array<Departure, kFirstRays> departures;
+    for (std::size_t begin = 0, end = 0; begin < rays.size(); begin = end) {
+        std::size_t count = 0;
+        for (; end < rays.size() && count + shader::pathsOf(rays[end]) <= kFirstRays; ++end) {
+            Departure& d = departures[end - begin];
+            d.toEye = scene_->toEyeFrom(vectorOf(rays[end].ray.start));
+            d.count = shader::firstRaysOf(rays[end], kind, d.toEye, &firstRays[count]);
+            count += d.count;
+        }
+        shader::meet(std::span(firstRays).first(count));
+        const shader::FirstRay* first = firstRays.data();
+        for (std::size_t i = begin; i < end; ++i) {
+            const Departure& d = departures[i - begin];
+            paths[i] = pathOf(rays[i].ray, kind, d.toEye, {first, d.count});
+            first += d.count;
         }
     }
-    const shader::RoundLobe round = roundLobeOf(ray, kind, toEye);
-    const shader::RayCone cone = coneOf(ray, round);
-    if (!(sum.weight + sum.openWeight > 1e-3f)) {
-        shader::scatter = {};
-        sum = {};
-        shader::addPath(sum, ray, direct, round.along, toEye, cone, 1.0f);
-    } else if (sum.openWeight > 0.0f) {
-        // The weight of the prefiltered map grows with the open fraction of the lobe.
-        const vec3 whole =
-            shader::radianceFinite(shader::backgroundAtEnd(round.along, cone, direct));
-        sum.open = shader::mix(sum.open, whole * sum.openWeight,
-                               sum.openWeight / (sum.weight + sum.openWeight));
-    }
-    const float weight = sum.weight + sum.openWeight;
-    const vec3 mean = (sum.radiance + sum.open) / weight;
-    return {{mean.x, mean.y, mean.z}, sum.surfaces | 1u, weight / sum.nearness, sum.paths};
 }
 
 Path PathTracer::open(const RecordedRay& ray, Ray kind) const {
     shader::scene = scene_.get();
-    const shader::RoundLobe round = roundLobeOf(ray, kind, scene_->toEyeFrom(vectorOf(ray.start)));
+    const shader::RoundLobe round =
+        shader::roundLobeOf(ray, kind, scene_->toEyeFrom(vectorOf(ray.start)));
     const vec3 radiance = shader::radianceFinite(
-        shader::backgroundAtEnd(round.along, coneOf(ray, round), kind == Ray::transmitted));
+        shader::backgroundAtEnd(round.along, shader::coneOf(ray, round), kind == Ray::transmitted));
     return {{radiance.x, radiance.y, radiance.z}, kNothingMet, shader::kFarAway, 0};
 }
 

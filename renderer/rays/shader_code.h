@@ -42,8 +42,11 @@ Hit nearest(vec3 origin, vec3 direction) {
     }
     return hitOf(hit);
 }
+// What the next ray meets, if that is known.
+thread_local const Hit* knownHit = nullptr;
 Hit traceClosest(vec3 origin, vec3 direction, float, float) {
-    const Hit hit = nearest(origin, direction);
+    const Hit hit = knownHit ? *knownHit : nearest(origin, direction);
+    knownHit = nullptr;
     if (firstDistance < 0.0f) firstDistance = hit.distance;
     travelled = max(travelled, 0.0f) + hit.distance;
     return hit;
