@@ -13,6 +13,7 @@ namespace clerestory {
 ProcessorTracer::ProcessorTracer(const GpuScene& scene) : scene_(scene), texels_(scene.texels()) {}
 
 void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
+    ++frame_;
     const Scene& scene = scene_.scene();
     std::vector<std::uint64_t> deformed;
     for (const auto& mesh : pose.deformed) deformed.push_back(mesh->hash);
@@ -96,24 +97,33 @@ const rays::CubeMap& ProcessorTracer::cubeOf(const Target* environment) {
 }
 
 // Maps of a warm-up have no keys, and are read each time.
-const rays::ShadowMap& ProcessorTracer::depthsOf(const Target& shadows, const Target* tints) {
+const rays::ShadowMap& ProcessorTracer::shadowMapOf(const Target& shadows, const Target* tints) {
     const TargetSpec& spec = shadows.spec();
-    if (spec.residentKey == 0 || spec.residentKey != depthsKey_) {
-        depthsKey_ = spec.residentKey;
-        depths_.width = spec.width;
-        depths_.height = spec.height;
-        depths_.depths.resize(std::size_t{spec.width} * spec.height);
-        shadows.readable().readDepths(depths_.depths);
+    const std::uint64_t key = spec.residentKey, tintsKey = tints ? tints->spec().residentKey : 0;
+    if (key != 0 && key == depthsKey_ && tintsKey == tintsKey_) {
+        // One that lasts is worth a summary.
+        if (shadowMap_.blocks.empty() && frame_ != frameOfShadowMap_) shadowMap_.summarize();
+        return shadowMap_;
     }
-    const std::uint64_t tintsKey = tints ? tints->spec().residentKey : 0;
-    if (tintsKey != 0 && tintsKey == tintsKey_) return depths_;
+    frameOfShadowMap_ = frame_;
+    shadowMap_.blocks.clear();
+    shadowMap_.clearBlocks.clear();
+    if (key == 0 || key != depthsKey_) {
+        shadowMap_.width = spec.width;
+        shadowMap_.height = spec.height;
+        shadowMap_.depths.resize(std::size_t{spec.width} * spec.height);
+        shadows.readable().readDepths(shadowMap_.depths);
+    }
+    if (tintsKey == 0 || tintsKey != tintsKey_) {
+        shadowMap_.tints.clear();
+        if (tints) {
+            shadowMap_.tints.resize(std::size_t{tints->spec().width} * tints->spec().height);
+            tints->readable().readHalves(shadowMap_.tints);
+        }
+    }
+    depthsKey_ = key;
     tintsKey_ = tintsKey;
-    depths_.tints.clear();
-    if (tints) {
-        depths_.tints.resize(std::size_t{tints->spec().width} * tints->spec().height);
-        tints->readable().readHalves(depths_.tints);
-    }
-    return depths_;
+    return shadowMap_;
 }
 
 rays::Surroundings ProcessorTracer::sceneAround(const FramePlan& plan, DrawStream& draws,
@@ -161,7 +171,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
     around.bounces = rays_.bounces;
     around.surfaceLight = values;
     around.shadows = shadows != nullptr;
-    around.shadowMap = shadows && !rays_.shadowRays ? &depthsOf(*shadows, tints) : nullptr;
+    around.shadowMap = shadows && !rays_.shadowRays ? &shadowMapOf(*shadows, tints) : nullptr;
     around.shadowSamples = shadows ? plan.shadowSamples : 0;
     around.leastShare = rays_.leastShare;
     around.background = work.background.radiance;
@@ -205,7 +215,7 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
 }
 
 void ProcessorTracer::releaseScratch() {
-    depths_ = {};
+    shadowMap_ = {};
     depthsKey_ = tintsKey_ = 0;
     lists_ = {};
     std::vector<rays::Way>().swap(ways_);
@@ -215,8 +225,7 @@ void ProcessorTracer::releaseScratch() {
 std::uint64_t ProcessorTracer::bytes() {
     finishTree();
     return tree_.bytes() + texels_->bytes.size() + materials_.size() * sizeof(glm::vec4) +
-           vertices_.size() * sizeof(Vertex) + depths_.depths.size() * sizeof(float) +
-           depths_.tints.size() * sizeof(std::uint64_t);
+           vertices_.size() * sizeof(Vertex) + shadowMap_.bytes();
 }
 
 }  // namespace clerestory

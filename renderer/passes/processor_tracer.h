@@ -67,7 +67,7 @@ private:
     rays::Surroundings sceneAround(const FramePlan& plan, DrawStream& draws,
                                    const Target* environment);
     const rays::CubeMap& cubeOf(const Target* environment);
-    const rays::ShadowMap& depthsOf(const Target& shadows, const Target* tints);
+    const rays::ShadowMap& shadowMapOf(const Target& shadows, const Target* tints);
 
     void finishTree();
 
@@ -81,7 +81,7 @@ private:
     std::vector<Vertex> vertices_;  // in the pose; empty if no mesh deforms
     gl::Buffer block_;
     rays::CubeMap cube_;
-    rays::ShadowMap depths_;
+    rays::ShadowMap shadowMap_;
     // Of the present pass; members so that a frame allocates nothing.
     std::vector<glm::vec4> instances_;
     std::optional<rays::Surroundings> surroundings_;
@@ -98,8 +98,9 @@ private:
     std::vector<rays::Way> ways_;
     std::vector<glm::vec4> radiance_;
 
-    // TargetSpec::residentKey of cube_, and of both maps in depths_; 0: none.
+    // TargetSpec::residentKey of cube_, and of both maps in shadowMap_; 0: none.
     std::uint64_t cubeKey_ = 0, depthsKey_ = 0, tintsKey_ = 0;
+    std::uint64_t frame_ = 0, frameOfShadowMap_ = 0;  // calls of prepare()
 
     // The state of the members above.
     glm::dvec3 origin_{0.0};
