@@ -142,7 +142,7 @@ ProcessorTracer& Executor::processorTracerOf(std::map<const Scene*, ProcessorTra
                                              const Scene& scene, const FramePlan& plan,
                                              const Pose& pose) {
     ProcessorTracer& tracer = tracers.try_emplace(&scene, scenes_.at(&scene)).first->second;
-    tracer.prepare(plan, pose);
+    tracer.prepare(plan, pose, frames_);
     return tracer;
 }
 
@@ -271,6 +271,7 @@ void Executor::runAlone(const ExecutionInput& input, std::size_t pass) {
 Execution Executor::run(const ExecutionInput& input, Readback readback,
                         const std::function<bool()>& abandoned) {
     targets_.beginFrame();
+    ++frames_;
     const std::vector<Target*> targets = begin(input);
     Execution result;
     shown_.insert(&input.scene);

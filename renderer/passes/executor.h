@@ -89,6 +89,7 @@ private:
 
     PassResources resources_;
     TargetPool targets_;
+    std::uint64_t frames_ = 0;  // begun
     std::map<const Scene*, GpuScene> scenes_;
     std::set<const Scene*> shown_;  // those of run()
     // Of scenes that a plan traced rays in.

@@ -12,8 +12,8 @@ namespace clerestory {
 
 ProcessorTracer::ProcessorTracer(const GpuScene& scene) : scene_(scene), texels_(scene.texels()) {}
 
-void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose) {
-    ++frame_;
+void ProcessorTracer::prepare(const FramePlan& plan, const Pose& pose, std::uint64_t frame) {
+    frame_ = frame;
     const Scene& scene = scene_.scene();
     std::vector<std::uint64_t> deformed;
     for (const auto& mesh : pose.deformed) deformed.push_back(mesh->hash);

@@ -28,8 +28,9 @@ public:
     explicit ProcessorTracer(const GpuScene& scene);
 
     // Updates what changed with the pose or with the plan's materials and rays. Requires plan.rays.
-    // The hierarchy of what stays is built on another thread, which the first ray waits for.
-    void prepare(const FramePlan& plan, const Pose& pose);
+    // The hierarchy of what stays is built on another thread, which the first ray waits for. frame:
+    // counts frames.
+    void prepare(const FramePlan& plan, const Pose& pose, std::uint64_t frame);
     // Binds the uniform block that programs with RECORDS_RAYS read; eye: world.
     void bind(const glm::dvec3& eye, const OwnBackground& background);
 
@@ -100,7 +101,7 @@ private:
 
     // TargetSpec::residentKey of cube_, and of both maps in shadowMap_; 0: none.
     std::uint64_t cubeKey_ = 0, depthsKey_ = 0, tintsKey_ = 0;
-    std::uint64_t frame_ = 0, frameOfShadowMap_ = 0;  // calls of prepare()
+    std::uint64_t frame_ = 0, frameOfShadowMap_ = 0;
 
     // The state of the members above.
     glm::dvec3 origin_{0.0};

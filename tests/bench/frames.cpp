@@ -64,9 +64,14 @@ void measure(Renderer& renderer, Scene loaded, const FrameRequest& shape, int fr
         total.push_back(wholeMs);
         processor.push_back(processorMilliseconds() - processorBefore);
         encode.push_back(encodeMs);
-        for (const PassTime& pass : frame.passTimes) passes[pass.kind].push_back(pass.milliseconds);
-        passes["plan"].push_back(frame.planMs);
-        passes["readback"].push_back(frame.readbackMs);
+        std::map<std::string, double> kinds{{"plan", frame.planMs}, {"readback", frame.readbackMs}};
+        for (const PassTime& pass : frame.passTimes) kinds[pass.kind] += pass.milliseconds;
+        double known = encodeMs;
+        for (const auto& [kind, ms] : kinds) {
+            passes[kind].push_back(ms);
+            known += ms;
+        }
+        passes["other"].push_back(wholeMs - known);
         counts = totals(frame.plan);
     }
     std::string parts;
