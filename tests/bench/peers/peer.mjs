@@ -32,13 +32,15 @@ THREE.FileLoader.prototype.load = function (url, done, _, fail) {
   }
 };
 
-// Textures of a glTF file: decoded by sharp, since Node has no images.
+// Textures of a glTF file, from the disk or its buffers: decoded by sharp, since Node has no images.
 const texturesFromDisk = (folder) => (parser) => ({
   name: 'textures-from-disk',
   async loadTexture(index) {
     const { json } = parser, definition = json.textures[index];
-    const file = join(folder, decodeURIComponent(json.images[definition.source].uri));
-    const { data, info } = await sharp(file).ensureAlpha().raw().toBuffer({ resolveWithObject: true });
+    const image = json.images[definition.source ?? definition.extensions?.EXT_texture_webp?.source];
+    const encoded = image.uri === undefined ? Buffer.from(await parser.getDependency('bufferView', image.bufferView))
+      : join(folder, decodeURIComponent(image.uri));
+    const { data, info } = await sharp(encoded).ensureAlpha().raw().toBuffer({ resolveWithObject: true });
     const texture = new THREE.DataTexture(data, info.width, info.height);
     const sampler = json.samplers?.[definition.sampler] ?? {};
     const wrap = (code) => ({ 33071: THREE.ClampToEdgeWrapping, 33648: THREE.MirroredRepeatWrapping })[code] ?? THREE.RepeatWrapping;
@@ -88,10 +90,13 @@ export class Peer {
     Object.assign(renderer.shadowMap, { enabled: true, type: THREE.BasicShadowMap, autoUpdate: false });
 
     const loader = new GLTFLoader().register(texturesFromDisk(dirname(scene)));
-    const file = await loader.parseAsync(readFileSync(scene, 'utf8'), pathToFileURL(dirname(scene)).href + '/');
+    const bytes = readFileSync(scene);
+    const content = scene.endsWith('.glb') ? bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length) : bytes.toString();
+    const file = await loader.parseAsync(content, pathToFileURL(dirname(scene)).href + '/');
     peer.scene_ = new THREE.Scene().add(file.scene);
     peer.environment_(sky, skySize);
-    peer.camera_ = new THREE.PerspectiveCamera(50, size.width / size.height, 0.05, 200);
+    const extent = new THREE.Box3().setFromObject(file.scene).getSize(new THREE.Vector3()).length();
+    peer.camera_ = new THREE.PerspectiveCamera(50, size.width / size.height, 0.003 * extent, 20 * extent);
     peer.named_ = new Map();
     file.scene.traverse((object) => { if (object.isMesh) peer.prepareBase_(object); });
     file.scene.updateMatrixWorld(true);
@@ -172,9 +177,14 @@ export class Peer {
   prepareBase_(mesh) {
     this.materials_ ??= new Map();
     let material = mesh.material;
-    if (material.isMeshPhysicalMaterial) {  // glass without transmission is an opaque dielectric: the cheaper type
+    const layered = ['clearcoat', 'sheen', 'iridescence', 'anisotropy'].some((layer) => material[layer] > 0);
+    if (material.isMeshPhysicalMaterial && layered) {
+      material.transmission = 0;
+    } else if (material.isMeshPhysicalMaterial) {  // glass without transmission is an opaque dielectric: the cheaper type
       material = new THREE.MeshStandardMaterial({ name: material.name, color: material.color, metalness: material.metalness,
-        roughness: material.roughness, side: material.side });
+        roughness: material.roughness, side: material.side, map: material.map, normalMap: material.normalMap, normalScale: material.normalScale,
+        metalnessMap: material.metalnessMap, roughnessMap: material.roughnessMap, aoMap: material.aoMap, emissive: material.emissive,
+        emissiveMap: material.emissiveMap });
     }
     this.materials_.set(mesh, { base: material });
     this.named_.set(material.name, mesh);

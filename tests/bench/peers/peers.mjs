@@ -3,14 +3,14 @@ import { mkdirSync, writeFileSync } from 'node:fs';
 import { loadavg, cpus } from 'node:os';
 import { join, resolve } from 'node:path';
 import { parseArgs } from 'node:util';
-import { findScenes, poseOf, skyRadiance, skySize, writeSky } from './scenes.mjs';
+import { findScenes, sceneOfFile, poseOf, skyRadiance, skySize, writeSky } from './scenes.mjs';
 import { Peer } from './peer.mjs';
 import { Server } from './server.mjs';
 
 const kUsage = `usage: scripts/bench peers [--size WxH --frames N --scene NAME --mode base|all|full --single-process --json FILE]
   --size WxH         64x64 to 4096x2160; 1280x720
   --frames N         measured frames of each renderer, scene and mode, 1 to 1000; 21
-  --scene NAME       room, hall, Sponza or FlightHelmet; may be repeated; all that are available
+  --scene NAME       room, hall, Sponza, FlightHelmet, or a glTF file; may be repeated; all that are available
   --mode MODE        base: no effects; all: the four effects; full: shadows and light between surfaces as well;
                      may be repeated; all three
   --single-process   Clerestory draws in the process of the server
@@ -85,11 +85,9 @@ async function main() {
   mkdirSync(folder, { recursive: true });
   const sky = join(folder, 'sky-of-bench.hdr');
   writeSky(sky);
-  let scenes = findScenes({ bin: options.bin, shared: options.shared, folder });
-  for (const name of options.scene ?? []) {
-    if (!scenes.some((scene) => scene.name === name)) fail(`--scene ${name} is not one of ${scenes.map((s) => s.name).join(', ')}`);
-  }
-  if (options.scene) scenes = scenes.filter((scene) => options.scene.includes(scene.name));
+  const known = findScenes({ bin: options.bin, shared: options.shared, folder });
+  const scenes = options.scene?.map((name) => known.find((scene) => scene.name === name) ?? sceneOfFile(name) ??
+    fail(`--scene ${name} is neither a glTF file nor one of ${known.map((s) => s.name).join(', ')}`)) ?? known;
 
   const results = [];
   for (const scene of scenes) {

@@ -1,7 +1,7 @@
 // The scenes that both renderers draw, the camera of each frame and the sky that lights them.
 import { existsSync, mkdirSync, writeFileSync } from 'node:fs';
 import { execFileSync } from 'node:child_process';
-import { join } from 'node:path';
+import { basename, join, resolve } from 'node:path';
 
 // Largest allowed time relative to the peer's, for the presets draft and standard.
 const kRoomTargets = { base: { draft: 0.6, standard: 0.6 }, all: { draft: 0.6, standard: 1.2 } };
@@ -22,6 +22,11 @@ export function findScenes({ bin, shared, folder }) {
     { name: 'FlightHelmet', file: join(shared, 'FlightHelmet/FlightHelmet.gltf'), targets: kRoomTargets },
   ];
   return found.filter((scene) => existsSync(scene.file));
+}
+
+// A glTF file of the user's, which has no targets.
+export function sceneOfFile(file) {
+  return existsSync(file) && /\.gl(tf|b)$/.test(file) ? { name: basename(file).replace(/\.[^.]*$/, ''), file: resolve(file), targets: {} } : null;
 }
 
 // Frame `index` of a scene: the camera, moved by up to 3 % of the distance to its target. No two frames have the
