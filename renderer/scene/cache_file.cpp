@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <chrono>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace clerestory {
@@ -39,23 +40,43 @@ bool writeAll(int file, std::span<const std::byte> bytes) {
 
 }  // namespace
 
-std::optional<CacheContent> readCacheFile(const fs::path& file, std::uint64_t maxBytes) {
-    const CacheDescriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+CacheReader::CacheReader(CacheReader&& from) noexcept
+    : file_(std::exchange(from.file_, -1)), left_(from.left_) {}
+
+CacheReader::~CacheReader() {
+    if (file_ >= 0) close(file_);
+}
+
+std::optional<CacheReader> CacheReader::open(const fs::path& file, std::uint64_t maxBytes) {
+    CacheReader in(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK), 0);
     struct stat about {};
-    if (in.value < 0 || fstat(in.value, &about) != 0 || !S_ISREG(about.st_mode) ||
+    if (in.file_ < 0 || fstat(in.file_, &about) != 0 || !S_ISREG(about.st_mode) ||
         about.st_uid != geteuid() || static_cast<std::uint64_t>(about.st_size) > maxBytes) {
         return std::nullopt;
     }
-    CacheContent content{
-        std::make_unique_for_overwrite<std::byte[]>(static_cast<std::size_t>(about.st_size)),
-        static_cast<std::size_t>(about.st_size)};
-    for (std::size_t at = 0; at < content.size;) {
-        const ssize_t n = read(in.value, content.bytes.get() + at, content.size - at);
+    in.left_ = static_cast<std::uint64_t>(about.st_size);
+    futimens(in.file_, nullptr);  // last use: now
+    return in;
+}
+
+bool CacheReader::read(void* to, std::size_t count) {
+    if (count > left_) return false;
+    for (std::size_t at = 0; at < count;) {
+        const ssize_t n = ::read(file_, static_cast<std::byte*>(to) + at, count - at);
         if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return std::nullopt;
+        if (n <= 0) return false;
         at += static_cast<std::size_t>(n);
     }
-    futimens(in.value, nullptr);  // last use: now
+    left_ -= count;
+    return true;
+}
+
+std::optional<CacheContent> readCacheFile(const fs::path& file, std::uint64_t maxBytes) {
+    auto in = CacheReader::open(file, maxBytes);
+    if (!in) return std::nullopt;
+    const auto size = static_cast<std::size_t>(in->left());
+    CacheContent content{std::make_unique_for_overwrite<std::byte[]>(size), size};
+    if (!in->read(content.bytes.get(), size)) return std::nullopt;
     return content;
 }
 

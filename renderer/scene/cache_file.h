@@ -19,15 +19,35 @@
 
 namespace clerestory {
 
-// Read and not mapped: a failing disk under a mapping would end the process.
+// A file that is read from its beginning to its end. It is not mapped: a failing disk under a
+// mapping would end the process.
+class CacheReader {
+public:
+    // Nothing if the file does not exist, is not a regular file of this user, or has more than
+    // `maxBytes`. Sets the file's time of last use.
+    static std::optional<CacheReader> open(const std::filesystem::path& file,
+                                           std::uint64_t maxBytes);
+    CacheReader(CacheReader&& from) noexcept;
+    ~CacheReader();
+
+    std::uint64_t left() const { return left_; }
+    // Copies the next bytes to `to`. Returns false if the file cannot be read or ends before.
+    bool read(void* to, std::size_t count);
+
+private:
+    CacheReader(int file, std::uint64_t left) : file_(file), left_(left) {}
+
+    int file_;  // -1: none
+    std::uint64_t left_;
+};
+
 struct CacheContent {
     std::unique_ptr<std::byte[]> bytes;
     std::size_t size = 0;
     std::span<const std::byte> span() const { return {bytes.get(), size}; }
 };
 
-// Nothing if the file does not exist, is not a regular file of this user, or has more than
-// `maxBytes`. Sets the file's time of last use. Throws std::bad_alloc.
+// The whole of a file that CacheReader can open and read. Throws std::bad_alloc.
 std::optional<CacheContent> readCacheFile(const std::filesystem::path& file,
                                           std::uint64_t maxBytes);
 

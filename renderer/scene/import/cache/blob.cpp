@@ -7,6 +7,7 @@
 #include "scene/hash.h"
 #include "scene/import/base/types.h"
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 #include <type_traits>
@@ -218,16 +219,20 @@ private:
     ContentHash hash_;
 };
 
+// Everything is hashed and copied in pieces that the processor's caches hold.
 class Reader {
 public:
-    explicit Reader(std::span<const std::byte> left) : left_(left) {}
+    Reader(const BlobSource& source, std::uint64_t left) : source_(source), left_(left) {}
 
     void bytes(void* to, std::size_t count) {
-        if (count > left_.size()) throw BlobError("the scene blob is truncated");
-        if (count > 0) std::memcpy(to, left_.data(), count);
-        left_ = left_.subspan(count);
+        if (count > left_) throw BlobError("the scene blob is truncated");
+        if (count == 0) return;
+        source_(to, count);
+        hash_.addBytes(to, count);
+        left_ -= count;
     }
-    bool finished() const { return left_.empty(); }
+    std::uint64_t left() const { return left_; }
+    std::uint64_t checksum() const { return hash_.value(); }
 
     template <class T>
     void operator()(T& value) {
@@ -264,18 +269,11 @@ public:
     void operator()(std::vector<T>& list) {
         if constexpr (kFlat<T>) {
             const std::size_t count = length(sizeof(T));
-            if constexpr (sizeof(T) == 1) {  // texels, the bulk: not zeroed before they are copied
-                const auto* from = reinterpret_cast<const T*>(left_.data());
-                list.assign(from, from + count);
-                left_ = left_.subspan(count);
-            } else {
-                // The driver uses vertices and indices in place if it may read a little beyond
-                // their end; see gl::kSharedMemoryTail.
-                constexpr std::size_t kTail = 64;
-                list.reserve(count + (kTail + sizeof(T) - 1) / sizeof(T));
-                list.resize(count);
-                bytes(list.data(), count * sizeof(T));
-            }
+            // The driver uses vertices and indices in place if it may read a little beyond their
+            // end; see gl::kSharedMemoryTail. Texels are copied.
+            constexpr std::size_t kTail = sizeof(T) == 1 ? 0 : 64;
+            list.reserve(count + (kTail + sizeof(T) - 1) / sizeof(T));
+            append(list, count);
         } else {
             const std::size_t count = length(1);
             for (std::size_t i = 0; i < count; ++i) (*this)(list.emplace_back());
@@ -283,15 +281,32 @@ public:
     }
 
 private:
+    // Without filling the list with zeros first.
+    template <class T>
+    void append(std::vector<T>& list, std::size_t count) {
+        constexpr std::size_t kAtOnce =
+            std::max(std::size_t{1}, (std::size_t{1} << 17) / sizeof(T));
+        while (count > 0) {
+            const std::size_t part = std::min(count, kAtOnce);
+            piece_.resize(std::max(piece_.size(), part * sizeof(T)));
+            bytes(piece_.data(), part * sizeof(T));
+            const auto* items = reinterpret_cast<const T*>(piece_.data());
+            list.insert(list.end(), items, items + part);
+            count -= part;
+        }
+    }
     // A count of items of at least itemBytes each, so that memory is bounded by the blob's size.
     std::size_t length(std::size_t itemBytes) {
         std::uint64_t count = 0;
         bytes(&count, sizeof count);
-        if (count > left_.size() / itemBytes) throw BlobError("the scene blob is truncated");
+        if (count > left_ / itemBytes) throw BlobError("the scene blob is truncated");
         return static_cast<std::size_t>(count);
     }
 
-    std::span<const std::byte> left_;
+    const BlobSource& source_;
+    std::uint64_t left_;
+    ContentHash hash_;
+    std::vector<std::byte> piece_;
 };
 
 }  // namespace
@@ -307,26 +322,33 @@ void writeScene(const Scene& scene, const BlobSink& sink) {
     sink(&checksum, sizeof checksum);
 }
 
-Scene readScene(std::span<const std::byte> blob) {
+Scene readScene(const BlobSource& source, std::uint64_t size) {
     const Header expected;
+    Header header;
     std::uint64_t checksum = 0;
-    if (blob.size() < sizeof expected + sizeof checksum ||
-        std::memcmp(blob.data(), &expected, sizeof expected) != 0) {
+    if (size < sizeof header + sizeof checksum) throw BlobError("the scene blob is truncated");
+    Reader reader(source, size - sizeof checksum);
+    reader.bytes(&header, sizeof header);
+    if (std::memcmp(&header, &expected, sizeof header) != 0) {
         throw BlobError("not a scene blob of this version");
     }
-    const std::size_t covered = blob.size() - sizeof checksum;
-    std::memcpy(&checksum, blob.data() + covered, sizeof checksum);
-    if (hashOfBytes(blob.first(covered)) != checksum) {
-        throw BlobError("the scene blob's checksum is wrong");
-    }
-    Reader reader(blob.subspan(sizeof expected, covered - sizeof expected));
     Scene scene;
     serialize(reader, scene);
-    if (!reader.finished()) {
-        throw BlobError("the scene blob is longer than its scene");
-    }
+    if (reader.left() > 0) throw BlobError("the scene blob is longer than its scene");
+    source(&checksum, sizeof checksum);
+    if (reader.checksum() != checksum) throw BlobError("the scene blob's checksum is wrong");
     updateContentHash(scene);
     return scene;
+}
+
+Scene readScene(std::span<const std::byte> blob) {
+    const std::byte* next = blob.data();
+    return readScene(
+        [&](void* to, std::size_t count) {
+            std::memcpy(to, next, count);
+            next += count;
+        },
+        blob.size());
 }
 
 void writeEnvironment(const EnvironmentMap& map, const BlobSink& sink) {

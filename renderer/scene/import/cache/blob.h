@@ -6,6 +6,7 @@
 #include "scene/scene.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <stdexcept>
@@ -22,9 +23,13 @@ using BlobSink = std::function<void(const void* bytes, std::size_t count)>;
 // Calls the sink with the parts of the blob, in order. Large arrays are passed without a copy.
 void writeScene(const Scene& scene, const BlobSink& sink);
 
-// Throws BlobError unless the blob is the complete output of writeScene(). Reads nothing out of
-// range. Does not check the scene's consistency: see sceneProblems(). The contentHash is computed
+// Copies the next bytes of a blob to `to`. Throws if it cannot.
+using BlobSource = std::function<void(void* to, std::size_t count)>;
+
+// Throws BlobError unless the blob is the complete output of writeScene(). Asks for `size` bytes at
+// most. Does not check the scene's consistency: see sceneProblems(). The contentHash is computed
 // here and not taken from the blob.
+Scene readScene(const BlobSource& source, std::uint64_t size);
 Scene readScene(std::span<const std::byte> blob);
 
 void writeEnvironment(const EnvironmentMap& map, const BlobSink& sink);

@@ -100,21 +100,19 @@ std::optional<std::vector<FileDependency>> unpackedDependencies(std::string_view
 }
 
 // The scene of an entry, if the entry is complete and its dependencies are unchanged.
-std::optional<Scene> validScene(std::span<const std::byte> bytes, const SceneCache::Key& key) {
+std::optional<Scene> validScene(CacheReader& in, const SceneCache::Key& key) {
     EntryHeader header;
     const EntryHeader expected;
-    if (bytes.size() < sizeof header) return std::nullopt;
-    std::memcpy(&header, bytes.data(), sizeof header);
-    const auto rest = bytes.subspan(sizeof header);
+    if (!in.read(&header, sizeof header)) return std::nullopt;
     if (std::memcmp(header.magic, expected.magic, sizeof header.magic) != 0 ||
-        header.version != expected.version || header.dependencyBytes > rest.size() ||
-        header.blobBytes != rest.size() - header.dependencyBytes) {
+        header.version != expected.version || header.dependencyBytes > in.left() ||
+        header.blobBytes != in.left() - header.dependencyBytes) {
         return std::nullopt;
     }
-    const auto list = rest.first(header.dependencyBytes);
-    if (hashOfBytes(list) != header.dependencyHash) return std::nullopt;
-    const auto dependencies = unpackedDependencies(
-        {reinterpret_cast<const char*>(list.data()), list.size()}, header.dependencies);
+    std::string list(static_cast<std::size_t>(header.dependencyBytes), '\0');
+    if (!in.read(list.data(), list.size())) return std::nullopt;
+    if (hashOfBytes(std::as_bytes(std::span(list))) != header.dependencyHash) return std::nullopt;
+    const auto dependencies = unpackedDependencies(list, header.dependencies);
     if (!dependencies) return std::nullopt;
     const SceneFolder folder(key.scene.parent_path(), key.limits.fileBytes, key.limits.maxFiles);
     for (const FileDependency& known : *dependencies) {
@@ -123,7 +121,11 @@ std::optional<Scene> validScene(std::span<const std::byte> bytes, const SceneCac
                                    : currentState(folder, known) == known;
         if (!unchanged) return std::nullopt;
     }
-    Scene scene = readScene(rest.subspan(header.dependencyBytes));
+    Scene scene = readScene(
+        [&](void* to, std::size_t count) {
+            if (!in.read(to, count)) throw BlobError("the file cannot be read");
+        },
+        header.blobBytes);
     if (!sceneProblems(scene).empty()) return std::nullopt;
     return scene;
 }
@@ -153,8 +155,8 @@ fs::path SceneCache::fileOf(const Key& key) const {
 
 std::optional<Scene> SceneCache::find(const Key& key) {
     try {
-        const auto content = readCacheFile(fileOf(key), options_.maxBytes);
-        return content ? validScene(content->span(), key) : std::nullopt;
+        auto in = CacheReader::open(fileOf(key), options_.maxBytes);
+        return in ? validScene(*in, key) : std::nullopt;
     } catch (const BlobError&) {
     } catch (const ImportError&) {
     } catch (const std::bad_alloc&) {
