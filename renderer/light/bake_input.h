@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace clerestory::light {
@@ -28,7 +29,7 @@ struct BakeInput {
     // with the axes of the map.
     std::vector<glm::vec4> instances, materialRows;
     std::size_t firstTextureRow = 0;
-    std::shared_ptr<const std::vector<std::byte>> texels;
+    std::shared_ptr<const std::span<const std::byte>> texels;
     std::uint64_t hitFeatures = 0;
 };
 

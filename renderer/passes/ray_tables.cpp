@@ -143,7 +143,11 @@ TracedTexels tracedTexels(const Scene& scene,
     while (edge > 1 && texelsBelow(scene, edge) > kMaxTracedTexels) edge /= 2;
 
     TracedTexels result;
-    result.bytes.resize(4 * std::max<std::uint64_t>(1, texelsBelow(scene, edge)));
+    const auto bytes = static_cast<std::size_t>(4 * texelsBelow(scene, edge));
+    // Not filled with zeros first; without images it is one black texel.
+    auto memory = bytes > 0 ? std::make_unique_for_overwrite<std::byte[]>(bytes)
+                            : std::make_unique<std::byte[]>(4);
+    result.bytes = {memory.get(), std::max<std::size_t>(bytes, 4)};
     std::vector<std::vector<glm::vec4>> levelsOf(scene.images.size());
     std::size_t texel = 0;
     for (std::size_t i = 0; i < scene.images.size(); ++i) {
@@ -152,7 +156,7 @@ TracedTexels tracedTexels(const Scene& scene,
             const glm::uvec2 size = sizeOf(image, level);
             const std::size_t count = std::size_t{size.x} * size.y;
             const std::span<std::byte> texels =
-                std::span(result.bytes).subspan(4 * texel, 4 * count);
+                std::span(memory.get(), bytes).subspan(4 * texel, 4 * count);
             images[i]->read(level, texels);
             if (image.colorSpace == ColorSpace::srgb) takeRoots(texels);
             levelsOf[i].emplace_back(texel / 4096, texel % 4096, size.x, size.y);
@@ -173,6 +177,7 @@ TracedTexels tracedTexels(const Scene& scene,
         std::copy_n(levels.begin(), count,
                     result.rows.begin() + static_cast<std::ptrdiff_t>(first) + 1);
     }
+    result.memory = std::move(memory);
     return result;
 }
 

@@ -28,7 +28,8 @@ std::vector<glm::vec4> instanceRows(const Scene& scene, const RayScene& rays, Dr
 struct TracedTexels {
     // RGBA, 8 bits each. sRGB images are stored as square roots of linear values, which a shader
     // decodes with one multiplication; this costs half a step of 8 bits.
-    std::vector<std::byte> bytes;
+    std::span<const std::byte> bytes;
+    std::unique_ptr<const std::byte[]> memory;  // of `bytes`
     // TRACE_TEXTURE_ROWS for each of Scene::textures. First row: number of levels, wrapping of u
     // and v (Wrap), 1 for bilinear magnification + 2 for square roots. One row per level: index of
     // its first texel as quotient and remainder of 4096, width, height.
