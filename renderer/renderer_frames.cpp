@@ -124,14 +124,15 @@ void Renderer::addScene(Scene added) {
     gl::fitForSharing(scene->vertices);
     gl::fitForSharing(scene->indices);
     try {
-        state_->executor.upload(scene);
+        // `= {}` would not free the memory.
+        state_->executor.upload(scene, {}, [&](std::size_t image) {
+            std::vector<std::uint8_t>().swap(scene->images[image].texels);
+        });
     } catch (...) {
         state_->requireContext();
         throw;
     }
     if (state_->firstScene.empty()) state_->firstScene = scene->id;
-    // `= {}` would not free the memory.
-    for (TextureImage& image : scene->images) std::vector<std::uint8_t>().swap(image.texels);
     state_->scenes[scene->id] = {scene, ++state_->generations, isConvex(*scene, restPose(*scene))};
 }
 

@@ -54,11 +54,12 @@ void dropDriverReferences(PassResources& resources) {
 }  // namespace
 
 void Executor::upload(const std::shared_ptr<const Scene>& scene,
-                      std::span<const Scene* const> texturesOf) {
+                      std::span<const Scene* const> texturesOf,
+                      const std::function<void(std::size_t)>& afterImage) {
     std::vector<const GpuScene*> uploaded;
     for (const Scene* source : texturesOf) uploaded.push_back(&scenes_.at(source));
     try {
-        scenes_.try_emplace(scene.get(), scene, resources_.draws.records(), uploaded);
+        scenes_.try_emplace(scene.get(), scene, resources_.draws.records(), uploaded, afterImage);
         gl::Context::current().throwIfFailed();
     } catch (...) {
         scenes_.erase(scene.get());

@@ -52,9 +52,11 @@ public:
     // A scene must be uploaded before it is drawn; forget() frees its GPU memory. upload() throws
     // if the driver fails.
     // `texturesOf`: uploaded scenes with the images of this one, one after another, whose textures
-    // it shares; or none.
+    // it shares; or none. afterImage: called with the number of each image of its own once its
+    // texels are not needed any more.
     void upload(const std::shared_ptr<const Scene>& scene,
-                std::span<const Scene* const> texturesOf = {});
+                std::span<const Scene* const> texturesOf = {},
+                const std::function<void(std::size_t)>& afterImage = {});
     // The tables of a bake (light/bake.h) for a plan with rays.
     void addTables(const ExecutionInput& input, light::BakeInput& bake);
     void forget(const Scene& scene);

@@ -138,7 +138,8 @@ const gl::Sampler& SamplerCache::sampler(const gl::SamplerDescription& descripti
 }
 
 GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
-                   std::span<const GpuScene* const> texturesOf)
+                   std::span<const GpuScene* const> texturesOf,
+                   const std::function<void(std::size_t)>& afterImage)
     : scene_(std::move(scene)),
       vertices_(vertexBuffer(*scene_)),
       indices_(gl::Buffer::sharing(std::as_bytes(std::span(scene_->indices)))),
@@ -149,6 +150,7 @@ GpuScene::GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRec
     }
     for (std::size_t i = images_.size(); i < scene_->images.size(); ++i) {
         images_.push_back(std::make_shared<const gl::Texture>(uploaded(scene_->images[i])));
+        if (afterImage) afterImage(i);
     }
     texels_ = texturesOf.size() == 1 ? texturesOf.front()->texels_
                                      : std::make_shared<std::weak_ptr<const TracedTexels>>();

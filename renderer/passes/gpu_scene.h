@@ -8,6 +8,7 @@
 #include "plan/graph/frame_plan.h"
 #include "scene/scene.h"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -35,9 +36,10 @@ public:
     // Uploads everything; constant vertices may be read from the memory of `scene`, see
     // gl::Buffer::sharing(). `drawRecords` holds the per-draw attributes and must outlive this
     // object. `texturesOf`: scenes with the images of this one, one after another, whose textures
-    // are shared; none: it uploads its own.
+    // are shared; none: it uploads its own. afterImage: see Executor::upload().
     GpuScene(std::shared_ptr<const Scene> scene, const gl::Buffer& drawRecords,
-             std::span<const GpuScene* const> texturesOf = {});
+             std::span<const GpuScene* const> texturesOf = {},
+             const std::function<void(std::size_t)>& afterImage = {});
 
     // Uploads the vertices of deformed meshes that changed since the last call. Returns the number
     // of these meshes.
