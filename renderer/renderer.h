@@ -169,6 +169,9 @@ public:
     Frame render(const FrameRequest& request, Readback readback = Readback::picture,
                  const std::function<bool()>& abandoned = {});
 
+    // Begins the computation of the light of surfaces that earlier frames needed, as the next frame
+    // does. Call it when their pictures are on their way. May throw RenderFailed.
+    void beginWantedLights();
     // Begins the computation of the light of surfaces if the request needs it. Throws
     // InvalidRequest as plan() does.
     LightState light(const FrameRequest& request);

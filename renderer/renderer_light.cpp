@@ -1,6 +1,9 @@
 // The light between surfaces: what a request needs of it, and the scene that shows it.
 #include "renderer_state.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace clerestory {
 namespace {
 
@@ -75,9 +78,20 @@ std::function<LightProgress()> Renderer::State::showLight(Subject& subject,
                                                           const FrameRequest& request) {
     const std::optional<LightInputs> inputs = lightOf(subject, request);
     if (!inputs) return {};
-    beginLight(subject, request, *inputs);
+    const bool isWanted = std::any_of(wantedLights.begin(), wantedLights.end(), [&](const auto& w) {
+        return w.inputs.hash == inputs->hash;
+    });
+    if (!isWanted && !findLight(subject, *inputs)) {
+        wantedLights.push_back({subject, request, *inputs});
+    }
     addLight(subject, request, *inputs);
     return lights.now(inputs->hash);
+}
+
+void Renderer::State::beginWantedLights() {
+    for (WantedLight& wanted : std::exchange(wantedLights, {})) {
+        beginLight(std::move(wanted.subject), wanted.request, std::move(wanted.inputs));
+    }
 }
 
 }  // namespace clerestory

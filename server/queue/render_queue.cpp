@@ -389,9 +389,16 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     job.work = nullptr;
     const bool warm = objectsOf(renderer.counters()) == made;
     lock.lock();
+    const auto now = queueTime();
+    lock.unlock();
+    try {
+        renderer.beginWantedLights();
+    } catch (const std::exception& error) {
+        logError({"light between surfaces could not be begun: ", error.what()});
+    }
+    lock.lock();
     workingSince_.reset();
     if (!next.id) return;
-    const auto now = queueTime();
     const bool complete =
         (!job.cancellation || !job.cancellation->cancelled()) && now < job.deadline;
     queue_.finished(*next.id, now, complete);
