@@ -3,7 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <string>
+#include <thread>
+#include <utility>
 
 using namespace clerestory;
 using namespace clerestory::test;
@@ -54,6 +58,37 @@ TEST_F(LightInProgress, TheFirstFrameShowsTheOpenEnvironment) {
     }
     // Between vertices the irradiance is linear, and the gloss of the sphere is none.
     EXPECT_LT(greatest, 0.01 * brightest);
+}
+
+// Its tables take longer than a frame: the picture does not wait for them.
+TEST_F(LightInProgress, AFrameLeavesTheBeginningToWhatFollowsIt) {
+    // albedo: that of a light of its own.
+    const auto wanted = [&](const std::string& id, float albedo) {
+        Scene scene;
+        placeRoom(scene, addMaterial(scene, lambert(albedo, 0.25f)));
+        FrameRequest r = request(std::move(scene), id, {0.0, 0.0, 0.5});
+        r.effects = {};
+        const Frame first = renderer().render(r);
+        EXPECT_TRUE(first.lightNow);
+        EXPECT_EQ(first.lightNow(), LightProgress{});
+        return std::pair{r, first.lightNow};
+    };
+    const auto becomesComplete = [](const std::function<LightProgress()>& now) {
+        while (now().share < 1.0) std::this_thread::yield();
+    };
+    renderer().beginWantedLights();  // those of other tests
+    const std::uint64_t before = renderer().counters().lightsComputed;
+    const auto [r, now] = wanted("begun after it", 0.41f);
+    renderer().beginWantedLights();
+    becomesComplete(now);
+    const auto [next, nextNow] = wanted("begun by the next", 0.42f);
+    renderer().render(next);
+    becomesComplete(nextNow);
+    EXPECT_EQ(renderer().counters().lightsComputed, before + 2);
+    const auto removed = wanted("removed before it begins", 0.43f);
+    renderer().removeScene(removed.first.scene);
+    EXPECT_NO_THROW(renderer().render(r));
+    EXPECT_EQ(renderer().counters().lightsComputed, before + 2);
 }
 
 // A second set would double the time of a cold start.

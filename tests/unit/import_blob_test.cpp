@@ -62,6 +62,31 @@ TEST(SceneBlob, TruncatedBlobsAreRejected) {
     EXPECT_THROW(readScene(longer), BlobError);
 }
 
+// A file is read in pieces, and nothing after it is asked for.
+TEST(SceneBlob, ASourceIsAskedForItsBytesOnce) {
+    const std::vector<std::byte> blob = blobOf(sample());
+    std::size_t at = 0, pieces = 0, failAt = blob.size() + 1;
+    const BlobSource source = [&](void* to, std::size_t count) {
+        ASSERT_LE(at + count, blob.size());
+        if (at + count > failAt) throw BlobError("the disk fails");
+        std::copy_n(blob.data() + at, count, static_cast<std::byte*>(to));
+        at += count;
+        ++pieces;
+    };
+    EXPECT_EQ(readScene(source, blob.size()).contentHash, sample().contentHash);
+    EXPECT_EQ(at, blob.size());
+    EXPECT_GT(pieces, 10u);
+    for (const std::size_t less : {std::size_t{1}, std::size_t{8}, blob.size() / 2}) {
+        at = 0;
+        EXPECT_THROW(readScene(source, blob.size() - less), BlobError) << less;
+        EXPECT_LE(at, blob.size() - less);
+    }
+    for (failAt = 0; failAt < blob.size(); failAt += 997) {
+        at = 0;
+        EXPECT_THROW(readScene(source, blob.size()), BlobError) << failAt;
+    }
+}
+
 TEST(SceneBlob, FlippedBitsAreRejected) {
     std::vector<std::byte> blob = blobOf(sample());
     for (std::size_t i = 0; i < blob.size(); i += i < 400 ? 1 : 23) {

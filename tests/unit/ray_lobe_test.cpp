@@ -7,6 +7,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <span>
+#include <vector>
 
 using namespace clerestory;
 using namespace clerestory::rays;
@@ -25,6 +27,12 @@ public:
     Path follow(const RecordedRay& ray, Ray kind, const glm::vec3& eye, const Lobe& lobe) const {
         const Surroundings around = surroundings(eye);
         return PathTracer(around).follow(ray, kind, lobe);
+    }
+    std::vector<Path> followAll(std::span<const RayWithLobe> rays, Ray kind) const {
+        const Surroundings around = surroundings(glm::vec3(0.0f, 0.0f, 5.0f));
+        std::vector<Path> paths(rays.size());
+        PathTracer(around).follow(rays, kind, paths);
+        return paths;
     }
 };
 
@@ -162,6 +170,30 @@ TEST(RayLobe, RecordsSayWhetherARayEntersABody) {
         EXPECT_EQ(ray.intoBody, sign < 0.0f);
         EXPECT_EQ(ray.width, 0.125f);
         EXPECT_EQ(ray.along, glm::vec3(0.0f, 0.0f, 1.0f));
+    }
+}
+
+// Lobes of several paths and single rays, more than are traced at once.
+TEST(RayLobe, PathsThatAreFollowedTogetherAreThoseFollowedAlone) {
+    const Room room(true, 0.25f);
+    std::vector<RayWithLobe> rays;
+    for (std::uint32_t i = 0; i < 90; ++i) {
+        const glm::vec3 eye = towardsEye(static_cast<float>(i % 89), 0.07f * static_cast<float>(i));
+        rays.push_back({mirrored(eye, 0.01f * static_cast<float>(i % 60)), {1 + i % 16, i % 16}});
+    }
+    for (const Ray kind : {Ray::mirrored, Ray::transmitted}) {
+        const std::vector<Path> together = room.followAll(rays, kind);
+        std::size_t bright = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const Path alone = room.followAll(std::span(rays).subspan(i, 1), kind).front();
+            for (int c = 0; c < 3; ++c) ASSERT_EQ(together[i].radiance[c], alone.radiance[c]) << i;
+            ASSERT_EQ(together[i].surfaces, alone.surfaces) << i;
+            ASSERT_EQ(together[i].distance, alone.distance) << i;
+            ASSERT_EQ(together[i].count, alone.count) << i;
+            bright += alone.radiance[0] > 0.3f ? 1 : 0;
+        }
+        EXPECT_GT(bright, 10u);
+        EXPECT_LT(bright, 80u);
     }
 }
 
