@@ -171,7 +171,7 @@ public:
 
     // Begins the computation of the light of surfaces that earlier frames needed, as the next frame
     // does. Call it when their pictures are on their way. May throw RenderFailed.
-    void beginWantedLights();
+    void beginNeededLights();
     // Begins the computation of the light of surfaces if the request needs it. Throws
     // InvalidRequest as plan() does.
     LightState light(const FrameRequest& request);

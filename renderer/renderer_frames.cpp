@@ -96,7 +96,7 @@ void Renderer::State::releaseRefined(const std::vector<std::shared_ptr<const Sce
 void Renderer::State::release(const std::shared_ptr<const Scene>& scene) {
     releaseRefined(lights.forget(*scene));
     moments.remove_if([&](const auto& m) { return m.scene == scene; });
-    std::erase_if(wantedLights, [&](const auto& w) { return w.subject.scene == scene; });
+    std::erase_if(neededLights, [&](const auto& w) { return w.subject.scene == scene; });
     executor.forget(*scene);
 }
 
@@ -179,14 +179,14 @@ std::vector<std::string> Renderer::environmentNames() const {
 FramePlan Renderer::plan(const FrameRequest& request) const {
     State::Subject subject = state_->subjectOf(request);
     state_->showLight(subject, request);
-    state_->beginWantedLights();
+    state_->beginNeededLights();
     return state_->plan(subject, request);
 }
 
 Frame Renderer::State::frame(const FrameRequest& request, Readback readback,
                              const std::function<bool()>& abandoned) {
     context.makeCurrent();
-    beginWantedLights();
+    beginNeededLights();
     const light::Baker::Rest rest = lights.rest();
     Subject subject = subjectOf(request);
     const Clock::time_point start = Clock::now();
@@ -231,9 +231,9 @@ Frame Renderer::render(const FrameRequest& request, Readback readback,
     return state_->frame(request, readback, abandoned);
 }
 
-void Renderer::beginWantedLights() {
+void Renderer::beginNeededLights() {
     state_->context.makeCurrent();
-    state_->beginWantedLights();
+    state_->beginNeededLights();
 }
 
 LightState Renderer::light(const FrameRequest& request) {

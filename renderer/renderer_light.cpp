@@ -78,19 +78,18 @@ std::function<LightProgress()> Renderer::State::showLight(Subject& subject,
                                                           const FrameRequest& request) {
     const std::optional<LightInputs> inputs = lightOf(subject, request);
     if (!inputs) return {};
-    const bool isWanted = std::any_of(wantedLights.begin(), wantedLights.end(), [&](const auto& w) {
-        return w.inputs.hash == inputs->hash;
-    });
-    if (!isWanted && !findLight(subject, *inputs)) {
-        wantedLights.push_back({subject, request, *inputs});
+    const bool isNoted = std::any_of(neededLights.begin(), neededLights.end(),
+                                     [&](const auto& w) { return w.inputs.hash == inputs->hash; });
+    if (!isNoted && !findLight(subject, *inputs)) {
+        neededLights.push_back({subject, request, *inputs});
     }
     addLight(subject, request, *inputs);
     return lights.now(inputs->hash);
 }
 
-void Renderer::State::beginWantedLights() {
-    for (WantedLight& wanted : std::exchange(wantedLights, {})) {
-        beginLight(std::move(wanted.subject), wanted.request, std::move(wanted.inputs));
+void Renderer::State::beginNeededLights() {
+    for (NeededLight& needed : std::exchange(neededLights, {})) {
+        beginLight(std::move(needed.subject), needed.request, std::move(needed.inputs));
     }
 }
 

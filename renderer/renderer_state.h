@@ -62,10 +62,10 @@ struct Renderer::State {
     // Changes the subject to one with that light as far as it is computed, else with that of the
     // open environment.
     void addLight(Subject& subject, const FrameRequest& request, const LightInputs& inputs);
-    // Finds or wants it, and shows it. Returns Frame::lightNow.
+    // Finds it or notes that it is needed, and shows it. Returns Frame::lightNow.
     std::function<LightProgress()> showLight(Subject& subject, const FrameRequest& request);
-    // Begins to compute those that showLight() wanted: their tables take longer than a frame.
-    void beginWantedLights();
+    // Begins to compute those that showLight() noted: their tables take longer than a frame.
+    void beginNeededLights();
     // All views, passes and frames of one time share a pose.
     std::shared_ptr<const Pose> poseOf(const std::shared_ptr<const Scene>& scene,
                                        std::vector<Index> clips, double time) const;
@@ -126,12 +126,12 @@ struct Renderer::State {
         bool convex = false;
     };
     std::map<std::string, Loaded> scenes;
-    struct WantedLight {
+    struct NeededLight {
         Subject subject;
         FrameRequest request;
         LightInputs inputs;
     };
-    std::vector<WantedLight> wantedLights;
+    std::vector<NeededLight> neededLights;
     std::uint64_t generations = 0;       // calls of addScene()
     std::set<std::string> toBeCompiled;  // scenes; see Renderer::expectCompilation()
     const Loaded& loaded(const std::string& id, const std::string& pointer) const;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "rays/lobes.h"
-#include "rays/path.h"
+#include "rays/record.h"
 
 #include <span>
 
@@ -73,7 +73,7 @@ std::size_t firstRaysOf(const RayWithLobe& r, Ray kind, vec3 toEye, FirstRay* ra
 constexpr std::uintptr_t kCacheLine = 64;  // bytes
 
 void prefetch(const void* data, std::size_t bytes) {
-    const auto first = reinterpret_cast<std::uintptr_t>(data) & ~(kCacheLine - 1);
+    const auto first = reinterpret_cast<std::uintptr_t>(data) / kCacheLine * kCacheLine;
     const auto end = reinterpret_cast<std::uintptr_t>(data) + bytes;
     for (auto line = first; line < end; line += kCacheLine) {
         __builtin_prefetch(reinterpret_cast<const void*>(line));

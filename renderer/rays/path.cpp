@@ -60,9 +60,6 @@ shader::Scene sceneOf(const Surroundings& s) {
 
 }  // namespace
 
-// Mirrors of less roughness than 0.1, and glass that blurs as little.
-constexpr float kLeastLobe = 0.02f;
-
 RecordedRay rayOf(const Start& start, const Way& way) {
     const shader::vec2 cone = shader::halves(start.cone);
     const shader::vec2 redGreen = shader::halves(way.shareRedGreen),
@@ -75,10 +72,6 @@ RecordedRay rayOf(const Start& start, const Way& way) {
             .pixel = cone.x,
             .lobe = shader::abs(blueLobe.y),
             .intoBody = std::signbit(blueLobe.y)};  // -0: a smooth face
-}
-
-bool isRough(const RecordedRay& ray) {
-    return ray.lobe >= kLeastLobe;
 }
 
 struct PathTracer::Scene : shader::Scene {
@@ -145,25 +138,28 @@ Path PathTracer::follow(const RecordedRay& ray, Ray kind, const Lobe& lobe) cons
 void PathTracer::follow(std::span<const RayWithLobe> rays, Ray kind, std::span<Path> paths) const {
     shader::scene = scene_.get();
     std::array<shader::FirstRay, kFirstRays> firstRays;
-    struct Departure {
+    struct FirstRays {
         vec3 toEye;
-        std::size_t count;  // of first rays
+        std::size_t count;
     };
-    std::array<Departure, kFirstRays> departures;
+    std::array<FirstRays, kFirstRays> ofRays;
     for (std::size_t begin = 0, end = 0; begin < rays.size(); begin = end) {
         std::size_t count = 0;
-        for (; end < rays.size() && count + shader::pathsOf(rays[end]) <= kFirstRays; ++end) {
-            Departure& d = departures[end - begin];
-            d.toEye = scene_->toEyeFrom(vectorOf(rays[end].ray.start));
-            d.count = shader::firstRaysOf(rays[end], kind, d.toEye, &firstRays[count]);
-            count += d.count;
+        const auto hasRoom = [&] {
+            return end - begin < kFirstRays && count + shader::pathsOf(rays[end]) <= kFirstRays;
+        };
+        for (; end < rays.size() && hasRoom(); ++end) {
+            FirstRays& own = ofRays[end - begin];
+            own.toEye = scene_->toEyeFrom(vectorOf(rays[end].ray.start));
+            own.count = shader::firstRaysOf(rays[end], kind, own.toEye, &firstRays[count]);
+            count += own.count;
         }
         shader::meet(std::span(firstRays).first(count));
         const shader::FirstRay* first = firstRays.data();
         for (std::size_t i = begin; i < end; ++i) {
-            const Departure& d = departures[i - begin];
-            paths[i] = pathOf(rays[i].ray, kind, d.toEye, {first, d.count});
-            first += d.count;
+            const FirstRays& own = ofRays[i - begin];
+            paths[i] = pathOf(rays[i].ray, kind, own.toEye, {first, own.count});
+            first += own.count;
         }
     }
 }

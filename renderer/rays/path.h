@@ -21,26 +21,10 @@
 
 namespace clerestory::rays {
 
-enum class Ray { mirrored, transmitted };
-
 inline constexpr float kNoLimit = 1e30f;  // metres
-
-// How many paths share a lobe that is rough; a smooth one has one path.
-struct Lobe {
-    std::uint32_t paths = 1;    // 1..16
-    std::uint32_t pattern = 0;  // selects the sampled directions of the lobe; differs by pixel
-};
 
 // A record, decoded.
 RecordedRay rayOf(const Start& start, const Way& way);
-
-// Whether the lobe is rough, so that several paths differ from one.
-bool isRough(const RecordedRay& ray);
-
-struct RayWithLobe {
-    RecordedRay ray;
-    Lobe lobe;
-};
 
 struct Path {
     float radiance[3];       // mean of the paths of a lobe

@@ -31,5 +31,23 @@ struct RecordedRay {
     float width, pixel, lobe;       // of its cone: metres, and slopes
     bool intoBody;                  // through one face of a body; else through a pane
 };
+enum class Ray { mirrored, transmitted };
+
+// Whether the lobe is rough, so that several paths differ from one: not that of a mirror with a
+// roughness below 0.1, and of glass that blurs as little.
+inline bool isRough(const RecordedRay& ray) {
+    constexpr float kLeastLobe = 0.02f;
+    return ray.lobe >= kLeastLobe;
+}
+
+// How many paths share a lobe that is rough; a smooth one has one path.
+struct Lobe {
+    std::uint32_t paths = 1;    // 1..16
+    std::uint32_t pattern = 0;  // selects the sampled directions of the lobe; differs by pixel
+};
+struct RayWithLobe {
+    RecordedRay ray;
+    Lobe lobe;
+};
 
 }  // namespace clerestory::rays

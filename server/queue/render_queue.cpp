@@ -392,7 +392,7 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     const auto now = queueTime();
     lock.unlock();
     try {
-        renderer.beginWantedLights();
+        renderer.beginNeededLights();
     } catch (const std::exception& error) {
         logError({"light between surfaces could not be begun: ", error.what()});
     }

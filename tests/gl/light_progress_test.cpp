@@ -76,10 +76,10 @@ TEST_F(LightInProgress, AFrameLeavesTheBeginningToWhatFollowsIt) {
     const auto becomesComplete = [](const std::function<LightProgress()>& now) {
         while (now().share < 1.0) std::this_thread::yield();
     };
-    renderer().beginWantedLights();  // those of other tests
+    renderer().beginNeededLights();  // those of other tests
     const std::uint64_t before = renderer().counters().lightsComputed;
     const auto [r, now] = wanted("begun after it", 0.41f);
-    renderer().beginWantedLights();
+    renderer().beginNeededLights();
     becomesComplete(now);
     const auto [next, nextNow] = wanted("begun by the next", 0.42f);
     renderer().render(next);

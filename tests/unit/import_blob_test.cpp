@@ -62,8 +62,8 @@ TEST(SceneBlob, TruncatedBlobsAreRejected) {
     EXPECT_THROW(readScene(longer), BlobError);
 }
 
-// A file is read in pieces, and nothing after it is asked for.
-TEST(SceneBlob, ASourceIsAskedForItsBytesOnce) {
+// In pieces, and never beyond its end.
+TEST(SceneBlob, ASourceIsReadOnce) {
     const std::vector<std::byte> blob = blobOf(sample());
     std::size_t at = 0, pieces = 0, failAt = blob.size() + 1;
     const BlobSource source = [&](void* to, std::size_t count) {

@@ -181,6 +181,11 @@ TEST(RayLobe, PathsThatAreFollowedTogetherAreThoseFollowedAlone) {
         const glm::vec3 eye = towardsEye(static_cast<float>(i % 89), 0.07f * static_cast<float>(i));
         rays.push_back({mirrored(eye, 0.01f * static_cast<float>(i % 60)), {1 + i % 16, i % 16}});
     }
+    // Of these most directions are below the surface, and a ray may have none.
+    for (std::uint32_t i = 0; i < 200; ++i) {
+        rays.push_back(
+            {mirrored(towardsEye(89.99f, 0.1f * static_cast<float>(i)), 1.0f), {2, i % 16}});
+    }
     for (const Ray kind : {Ray::mirrored, Ray::transmitted}) {
         const std::vector<Path> together = room.followAll(rays, kind);
         std::size_t bright = 0;
@@ -193,7 +198,7 @@ TEST(RayLobe, PathsThatAreFollowedTogetherAreThoseFollowedAlone) {
             bright += alone.radiance[0] > 0.3f ? 1 : 0;
         }
         EXPECT_GT(bright, 10u);
-        EXPECT_LT(bright, 80u);
+        EXPECT_LT(bright, rays.size() - 10);
     }
 }
 

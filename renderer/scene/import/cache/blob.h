@@ -26,7 +26,7 @@ void writeScene(const Scene& scene, const BlobSink& sink);
 // Copies the next bytes of a blob to `to`. Throws if it cannot.
 using BlobSource = std::function<void(void* to, std::size_t count)>;
 
-// Throws BlobError unless the blob is the complete output of writeScene(). Asks for `size` bytes at
+// Throws BlobError unless the blob is the complete output of writeScene(). Reads `size` bytes at
 // most. Does not check the scene's consistency: see sceneProblems(). The contentHash is computed
 // here and not taken from the blob.
 Scene readScene(const BlobSource& source, std::uint64_t size);
