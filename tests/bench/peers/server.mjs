@@ -23,8 +23,10 @@ export class Server {
     server.port_ = await freePort();
     server.size_ = size;
     server.agent_ = new http.Agent({ keepAlive: true, maxSockets: 1 });
+    // Its allocator has settings of its own; scripts/bench sets those of the peer.
+    const { MALLOC_MMAP_THRESHOLD_, MALLOC_TRIM_THRESHOLD_, ...env } = process.env;
     server.process_ = spawn(program, ['serve', '--port', String(server.port_), '--scene', scene, '--environment', sky, '--log-level',
-      'error', '--first-compile', 'optimized', single ? '--single-process' : '--no-standby'], { stdio: ['ignore', 'ignore', 'inherit'] });
+      'error', '--first-compile', 'optimized', single ? '--single-process' : '--no-standby'], { env, stdio: ['ignore', 'ignore', 'inherit'] });
     process.once('exit', () => server.process_.kill('SIGKILL'));  // after an error here
     let ended = null;
     server.process_.on('exit', (status, signal) => { ended = `clerestory ended with ${signal ?? status}`; });
