@@ -39,7 +39,7 @@ constexpr std::size_t kSmall = 1 << 20;
 constexpr std::size_t kMinWhole = 256 << 10, kMaxWhole = 64 << 20;
 
 bool hasHugePages(std::size_t size) {
-    return size >= clerestory::kMappedBlock;
+    return size >= clerestory::kMappedBlock && size <= kMaxWhole;
 }
 
 void* checked(void* memory, std::size_t size) {
