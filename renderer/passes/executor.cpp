@@ -47,8 +47,8 @@ void dropDriverReferences(PassResources& resources) {
         settleSamplers(resources);
         glFinish();
         draw(small);  // in the place of the larger picture
+        glFinish();   // the next larger one gets that place again
     }
-    glFinish();
 }
 
 }  // namespace
