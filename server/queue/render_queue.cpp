@@ -389,16 +389,8 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     job.work = nullptr;
     const bool warm = objectsOf(renderer.counters()) == made;
     lock.lock();
-    const auto now = queueTime();
-    lock.unlock();
-    try {
-        renderer.beginNeededLights();
-    } catch (const std::exception& error) {
-        logError({"light between surfaces could not be begun: ", error.what()});
-    }
-    lock.lock();
-    workingSince_.reset();
     if (!next.id) return;
+    const auto now = queueTime();
     const bool complete =
         (!job.cancellation || !job.cancellation->cancelled()) && now < job.deadline;
     queue_.finished(*next.id, now, complete);
@@ -407,6 +399,14 @@ void RenderQueue::serveOne(Renderer& renderer, std::unique_lock<std::mutex>& loc
     if (complete && warm) samplePrice_.update(running_->samples, took.count());
     running_.reset();
     if (jobs_.empty()) idle_.notify_all();
+    lock.unlock();
+    try {
+        renderer.beginNeededLights();
+    } catch (const std::exception& error) {
+        logError({"light between surfaces could not be begun: ", error.what()});
+    }
+    lock.lock();
+    workingSince_.reset();
 }
 
 Canary::Canary(RenderQueue& queue) : queue_(queue) {

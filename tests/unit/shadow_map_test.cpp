@@ -80,7 +80,6 @@ TEST(ShadowMap, PlanesAndPlacesWithoutGlassNeedNoTexels) {
     }
     map.tints.assign(std::size_t{32} * 32, kNoTint);
     map.summarize();
-    const ShadowMap known = map;
     std::fill(map.depths.begin(), map.depths.end(), 0.5f);
     std::fill(map.tints.begin(), map.tints.end(), 0);
     Places places;
@@ -95,5 +94,4 @@ TEST(ShadowMap, PlanesAndPlacesWithoutGlassNeedNoTexels) {
         ASSERT_EQ(tint[0], 1.0f);
         ASSERT_EQ(tint[3], 0.0f);
     }
-    EXPECT_GT(known.bytes(), known.depths.size() * sizeof(float));
 }
