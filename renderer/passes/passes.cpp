@@ -176,10 +176,10 @@ void settleSamplers(PassResources& resources) {
 
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program) {
-    const std::uint32_t bits = program.materials
-                                   ? viewBits(input.plan, view.view, view.background.coverage,
-                                              input.surfaceLight != nullptr)
-                                   : 0;
+    const std::uint32_t bits =
+        program.materials ? viewBits(input.plan, view.view, input.target().spec(),
+                                     view.background.coverage, input.surfaceLight != nullptr)
+                          : 0;
     input.scene->vertexArray().bind();
     std::optional<Features> boundFeatures;
     Index boundMaterial = kNone;

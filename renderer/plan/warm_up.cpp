@@ -88,7 +88,8 @@ private:
         DrawScene bare = work;
         bare.depthDraws = bare.opaqueDraws = bare.recorded.draws = bare.blendedDraws = {};
         bare.sky = false;
-        if (work.sky && planned_.skies.insert(bitsOf(work.view)).second) {
+        if (work.sky &&
+            planned_.skies.insert(bitsOf(work.view, plan_.targets[pass.target])).second) {
             passes_.push_back(pass);
             passes_.back().work = bare;
             std::get<DrawScene>(passes_.back().work).sky = true;
@@ -173,12 +174,13 @@ private:
     template <class Work, class List>
     void addTo(const Pass& pass, const Work& bare, const Draw& draw, DrawStage stage, List list) {
         const TargetSpec& target = plan_.targets[pass.target];
-        const bool isNew = planned_.draws
-                               .emplace(pass.kind(), stage, bitsOf(bare.view), draw.features,
-                                        stage == DrawStage::depth ? kNone : draw.material,
-                                        draw.reflection != kNoReflection, target.format,
-                                        target.samples, draw.primitive)
-                               .second;
+        const bool isNew =
+            planned_.draws
+                .emplace(pass.kind(), stage, bitsOf(bare.view, target), draw.features,
+                         stage == DrawStage::depth ? kNone : draw.material,
+                         draw.reflection != kNoReflection, target.format, target.samples,
+                         draw.primitive)
+                .second;
         if (!isNew) return;
         const auto holds = [&](const Pass& last) {
             const auto* work = std::get_if<Work>(&last.work);
@@ -193,8 +195,8 @@ private:
         list(std::get<Work>(passes_.back().work)).push_back(draw);
     }
 
-    std::uint32_t bitsOf(const View& view) const {
-        return viewBits(plan_, view, plan_.transparent, plan_.surfaceLight != 0);
+    std::uint32_t bitsOf(const View& view, const TargetSpec& target) const {
+        return viewBits(plan_, view, target, plan_.transparent, plan_.surfaceLight != 0);
     }
 
     const FramePlan& plan_;

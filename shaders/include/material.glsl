@@ -51,17 +51,13 @@ vec2 metallicRoughnessAt() {
     return clamp(metallicRoughness, 0.0f, 1.0f);
 }
 
-vec3 meshNormalAt() {
-    return has(FEATURES_OF_RAYS) ? interpolateAtCentroid(vertexNormal) : vertexNormal;
-}
-
 vec3 turnedToEye(vec3 n) {
     return gl_FrontFacing ? n : -n;  // backs of one-sided surfaces are culled
 }
 
 // Of the texel of a normal map with this scale.
 vec3 bumpedNormal(vec4 texel, bool isPacked, float scale) {
-    vec3 n = meshNormalAt();
+    vec3 n = vertexNormal;
     // Not normalised before: as the tangents were made (mikktspace.com).
     vec3 t = vertexTangent.xyz;
     vec3 b = cross(n, t) * vertexTangent.w;
@@ -90,7 +86,7 @@ Turn turnIn(sampler2D map, vec2 uv, vec3 x, vec3 y, vec3 here, bool isPacked, fl
 }
 
 vec3 normalAt() {
-    if (!has(FEATURE_NORMAL_MAP)) return turnedToEye(direction(meshNormalAt()));
+    if (!has(FEATURE_NORMAL_MAP)) return turnedToEye(direction(vertexNormal));
     return bumpedNormal(texture(normalMap, texCoordOf(UNIT_NORMAL)), has(FEATURE_PACKED_NORMAL),
                         materialNumbers().z);
 }

@@ -17,22 +17,11 @@ vec3 faceNormalAt(vec3 position, vec3 toEye, vec3 normal) {
     return dot(face, toEye) < 0.0f ? -face : face;
 }
 
-// Intersection of the direction of view in surface.frag with the triangle's plane. The position that a
-// driver interpolates may belong to another point: the pixel's centre, which can be far outside of a
-// triangle that is seen edge-on.
-vec3 coveredPosition(vec3 position, vec3 face) {
-    vec3 covered = interpolateAtCentroid(positionEye);
-    float along = dot(face, covered);
-    float scale = dot(face, position) / (abs(along) > 1e-30f ? along : 1.0f);
-    return scale > 0.0f && scale < 1e6f ? covered * scale : position;
-}
-
 // Interpolated positions have larger errors than corners.
 vec3 startBeside(vec3 position, vec3 normal) {
-    vec3 covered = coveredPosition(position, normal);
-    vec3 place = tracing.eye.xyz + worldAxes(covered);
+    vec3 place = tracing.eye.xyz + worldAxes(position);
     float reach = max(abs(place.x), max(abs(place.y), abs(place.z)));
-    return offsetRayOrigin(place, normal, reach + 5.0f * length(covered));
+    return offsetRayOrigin(place, normal, reach + 5.0f * length(position));
 }
 
 float changeInPixel(vec3 v) {

@@ -318,6 +318,43 @@ TEST_F(Shadows, ABallAloneLooksAsWithout) {
 // A ball on a floor, seen from within through the backs of its faces. A far body makes the texels
 // of the map 6 cm wide. Half a texel above the floor is outside the ball up to 17 cm from the point
 // of contact, and texels that show the ball there reach 6 cm further.
+// Of a pixel with several samples, the centre may lie outside of a triangle that is seen edge-on.
+// Its shadow, normal and highlight are those of a covered sample: four samples differ from the mean
+// of 64 pixels of a finer picture by what the samples miss.
+TEST_F(Shadows, SamplesAreShadedOnTheirTriangles) {
+    Scene scene;
+    scene.environment = "black";
+    Material glossy = lambert(0.5f);
+    glossy.roughness = 0.3f;
+    const Index gloss = addMaterial(scene, glossy);
+    for (int i = 0; i < 9; ++i) {
+        place(scene, sphere(0.3f, 40, gloss), moved(0.7 * (i % 3 - 1), 0.7 * (i / 3 - 1), 0.0));
+    }
+    addLight(scene, sunLight(), shiningAlong({0.0, 0.0, 3.0}, {-1.0, -0.6, -0.5}));
+    FrameRequest r = request(std::move(scene), "balls", {0.0, 0.0, 3.0});
+    r.effects.shadows = true;
+    r.accuracy.samples = 4;
+    r.width = r.height = 48;
+    const Image four = renderer().render(r).image;
+    r.accuracy.samples = 1;
+    r.width = r.height = 8 * 48;
+    const Image finer = renderer().render(r).image;
+    double largest = 0.0, sum = 0.0;
+    for (std::uint32_t y = 0; y < 48; ++y) {
+        for (std::uint32_t x = 0; x < 48; ++x) {
+            glm::vec3 mean(0.0f);
+            for (std::uint32_t i = 0; i < 64; ++i) {
+                mean += color(finer, 8 * x + i % 8, 8 * y + i / 8) / 64.0f;
+            }
+            const double off = std::abs(std::sqrt(color(four, x, y).x) - std::sqrt(mean.x));
+            largest = std::max(largest, off);
+            sum += off * off;
+        }
+    }
+    EXPECT_LT(largest, 0.25);
+    EXPECT_LT(sum, 0.7);
+}
+
 TEST_F(Shadows, ContactsAreClosedToAboutATexel) {
     constexpr float kRadius = 0.5f, kOpen = 0.24f;  // metres
     Scene scene;
