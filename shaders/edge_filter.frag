@@ -5,16 +5,13 @@
 //
 // Alpha holds each pixel's brightness (see tone_map.frag), so that one gather reads four of them.
 #include "include/block_macros.glsl"
+#include "include/edge.glsl"
+#include "include/optics.glsl"
+#include "include/srgb.glsl"
 
 layout(binding = UNIT_SOURCE) uniform sampler2D source;  // clamped, decoded to linear
 
 out vec4 color;
-
-// Differences of brightness below this are no edge: absolute, and as a share of the brightest.
-const float kMinContrast = 0.03f;
-const float kMinShare = 0.12f;
-// Pixels along the edge, each way. Long for edges near the axes, whose steps are long.
-const float kReach = 1.25f;
 
 // Where the Khronos curve begins to roll off, and what is left up to white.
 const float kRollOff = 0.76f, kRoom = 0.24f;
@@ -32,37 +29,36 @@ vec3 compressed(vec3 light) {
     return min(min(light, vec3(kRollOff)) + kRoom / kKept * above / (above + kRoom), vec3(1.0f));
 }
 
-// Means over bilinear look-ups, and the brightest channel of their texels.
-struct Mean {
-    vec3 display, light;
-    float brightest;
-};
+vec3 lightOf(vec3 display) {
+    return (VARIANT & EDGES_COMPRESSED) != 0 ? uncompressed(display) : display;
+}
 
-void addTexel(ivec2 texel, float share, inout Mean mean) {
-    vec3 display = texelFetch(source, clamp(texel, ivec2(0), textureSize(source, 0) - 1), 0).rgb;
-    mean.display += share * display;
-    mean.light += share * uncompressed(display);
-    mean.brightest = max(mean.brightest, max(display.r, max(display.g, display.b)));
+vec3 displayed(vec3 light) {
+    return (VARIANT & EDGES_COMPRESSED) != 0 ? compressed(light) : min(light, vec3(1.0f));
+}
+
+void addTexel(ivec2 texel, float share, inout vec3 light) {
+    light += share *
+             lightOf(texelFetch(source, clamp(texel, ivec2(0), textureSize(source, 0) - 1), 0).rgb);
 }
 
 // at: in texels, whose centres are at integers.
-void addLookup(vec2 at, float share, inout Mean mean) {
+void addLookup(vec2 at, float share, inout vec3 light) {
     vec2 low = floor(at);
     vec2 part = at - low;
     ivec2 texel = ivec2(low);
-    addTexel(texel, share * (1.0f - part.x) * (1.0f - part.y), mean);
-    addTexel(texel + ivec2(1, 0), share * part.x * (1.0f - part.y), mean);
-    addTexel(texel + ivec2(0, 1), share * (1.0f - part.x) * part.y, mean);
-    addTexel(texel + ivec2(1, 1), share * part.x * part.y, mean);
+    addTexel(texel, share * (1.0f - part.x) * (1.0f - part.y), light);
+    addTexel(texel + ivec2(1, 0), share * part.x * (1.0f - part.y), light);
+    addTexel(texel + ivec2(0, 1), share * (1.0f - part.x) * part.y, light);
+    addTexel(texel + ivec2(1, 1), share * part.x * part.y, light);
 }
 
-// How much of the pixel the other side of the edge covers is not known. The mean of display colours is
-// right while they are proportional to light. Of very bright light a small part of a pixel is white: half
-// of the result assumes that the other side covers nothing or twice as much, with equal chance.
-vec3 blended(vec3 center, Mean mean) {
-    if ((VARIANT & EDGES_COMPRESSED) == 0 || mean.brightest <= kRollOff) return mean.display;
-    vec3 twice = max(2.0f * mean.light - uncompressed(center), vec3(0.0f));
-    return 0.5f * mean.display + 0.25f * (center + compressed(twice));
+// How much of the pixel the other side of the edge covers is not known, only its mean. The result is what
+// is seen on average if it covers nothing or twice as much, with equal chance; what is seen are sRGB
+// codes. light: the mean.
+vec3 blended(vec3 center, vec3 light, float share) {
+    vec3 twice = displayed(max(2.0f * light - lightOf(center), vec3(0.0f)));
+    return linearFromSrgb(mix(srgbFromLinear(center), srgbFromLinear(twice), 0.5f * share));
 }
 
 void main() {
@@ -84,9 +80,9 @@ void main() {
     along /= max(min(abs(along.x), abs(along.y)), 0.125f * max(max(abs(along.x), abs(along.y)), 1e-3f));
     vec2 away = 0.25f * clamp(along, -kReach, kReach);
 
-    Mean mean = Mean(vec3(0.0f), vec3(0.0f), 0.0f);
-    addLookup(gl_FragCoord.xy - 0.5f - away, 0.5f, mean);
-    addLookup(gl_FragCoord.xy - 0.5f + away, 0.5f, mean);
-    float share = (VARIANT & EDGES_OF_SAMPLES) != 0 ? EDGE_SHARE_OF_SAMPLES : 1.0f;
-    color = vec4(mix(center.rgb, blended(center.rgb, mean), share), 1.0f);
+    vec3 light = vec3(0.0f);
+    addLookup(gl_FragCoord.xy - 0.5f - away, 0.5f, light);
+    addLookup(gl_FragCoord.xy - 0.5f + away, 0.5f, light);
+    float share = shareOfEdge(center.a - low.xz, high.zx - center.a, most - least);
+    color = vec4(blended(center.rgb, light, share), 1.0f);
 }

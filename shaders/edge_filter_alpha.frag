@@ -1,16 +1,12 @@
 // The edge filter (edge_filter.frag) of a picture with alpha. Edges are those of brightness and those of
 // alpha; colour is premultiplied, so that both are blended alike. VARIANT: EDGES_OF_SAMPLES.
 #include "include/block_macros.glsl"
+#include "include/edge.glsl"
 #include "include/optics.glsl"
 
 layout(binding = UNIT_SOURCE) uniform sampler2D source;  // bilinear, clamped
 
 out vec4 color;
-
-// As in edge_filter.frag.
-const float kMinContrast = 0.03f;
-const float kMinShare = 0.12f;
-const float kReach = 1.25f;
 
 vec2 seenAt(ivec2 texel) {  // brightness, alpha
     vec4 t = texelFetch(source, clamp(texel, ivec2(0), textureSize(source, 0) - 1), 0);
@@ -36,7 +32,10 @@ void main() {
     vec4 after = textureLod(source, at + 0.25f * stride, 0.0f);
     vec2 contrast = most - least;
     bool edge = contrast.x > max(kMinContrast, kMinShare * most.x) || contrast.y > kMinContrast;
-    float share = (VARIANT & EDGES_OF_SAMPLES) != 0 ? EDGE_SHARE_OF_SAMPLES : 1.0f;
+    const vec2 kBoth = vec2(1.0f);
+    float share = shareOfEdge(vec2(dot(center - left, kBoth), dot(center - lower, kBoth)),
+                              vec2(dot(right - center, kBoth), dot(upper - center, kBoth)),
+                              dot(contrast, kBoth));
     vec4 own = texelFetch(source, here, 0);
     color = edge ? mix(own, 0.5f * (before + after), share) : own;
 }

@@ -15,21 +15,14 @@
 namespace clerestory::display {
 namespace {
 
-// Differences of brightness below these are no edge: 0.03, and 0.12 of the brightest.
+// As in edge.glsl.
 constexpr int kMinContrast = 8;  // codes
 constexpr float kMinShare = 0.12f;
-// Pixels along the edge, each way. Long for edges near the axes, whose steps are long.
 constexpr float kReach = 1.25f;
 // Pixels that are tested at once.
 constexpr int kGroup = 32;
 
 using Color = glm::vec3;
-
-// Of a few texels, as in edge_filter.frag.
-struct Mean {
-    Color display{0.0f}, light{0.0f};
-    std::uint8_t brightest = 0;
-};
 
 // The brightness of a row and of its neighbours; beyond a border lies its nearest pixel.
 struct Rows {
@@ -67,7 +60,7 @@ class Smoothing {
 public:
     Smoothing(const Picture& picture, bool ofSamples)
         : picture_(picture),
-          ofSamples_(ofSamples),
+          most_(ofSamples ? EDGE_SHARE_OF_SAMPLES : 1.0f),
           width_(static_cast<int>(picture.image.width)),
           height_(static_cast<int>(picture.image.height)) {}
 
@@ -107,57 +100,60 @@ private:
         const float scale = 0.25f / std::max(std::min(std::abs(gx), std::abs(gy)), 0.125f * larger);
         const float dx = std::clamp(-gy * scale, -0.25f * kReach, 0.25f * kReach);
         const float dy = std::clamp(gx * scale, -0.25f * kReach, 0.25f * kReach);
-        Mean mean;
-        addLookup(static_cast<float>(x) - dx, static_cast<float>(y) - dy, mean);
-        addLookup(static_cast<float>(x) + dx, static_cast<float>(y) + dy, mean);
-        Color color = blended(rgba, mean);
+        Color light(0.0f);
+        addLookup(static_cast<float>(x) - dx, static_cast<float>(y) - dy, light);
+        addLookup(static_cast<float>(x) + dx, static_cast<float>(y) + dy, light);
+        const float share = most_ * unsmoothed({rows.row[left], before}, center,
+                                               {rows.row[right], after}, most - least);
+        // As edge_filter.frag's blended().
         for (int i = 0; i < 3; ++i) {
-            if (ofSamples_) {
-                color[i] = glm::mix(codes_.light(rgba[i]), color[i], EDGE_SHARE_OF_SAMPLES);
-            }
-            rgba[i] = codes_.code(std::min(color[i], 1.0f));
+            const float twice = std::max(2.0f * light[i] - lightOf(rgba[i]), 0.0f);
+            const std::uint8_t code =
+                codes_.code(picture_.compressed ? compressed(twice) : std::min(twice, 1.0f));
+            const float change = 0.5f * share * static_cast<float>(code - rgba[i]);
+            rgba[i] = static_cast<std::uint8_t>(static_cast<float>(rgba[i]) + change + 0.5f);
         }
     }
 
-    Color blended(const std::uint8_t* center, const Mean& mean) const {
-        if (!picture_.compressed || mean.brightest < SrgbCodes::kFirstCompressed) {
-            return mean.display;
-        }
-        Color color;
-        for (int i = 0; i < 3; ++i) {
-            const float twice =
-                std::max(2.0f * mean.light[i] - codes_.uncompressed(center[i]), 0.0f);
-            color[i] =
-                0.5f * mean.display[i] + 0.25f * (codes_.light(center[i]) + compressed(twice));
-        }
-        return color;
+    // As in edge.glsl, for codes.
+    static float unsmoothed(glm::ivec2 low, int center, glm::ivec2 high, int contrast) {
+        const glm::ivec2 from = center - low, to = high - center;
+        const glm::ivec2 least = glm::min(glm::abs(from), glm::abs(to));
+        const glm::ivec2 sum = glm::abs(from) + glm::abs(to);
+        const int across = sum.y > sum.x;
+        if (from[across] * to[across] <= 0) return 1.0f;
+        const float part = static_cast<float>(least[across]) /
+                           static_cast<float>(std::max(contrast, 4 * kMinContrast));
+        return 1.0f - 4.0f * part * part;
+    }
+
+    float lightOf(std::uint8_t code) const {
+        return picture_.compressed ? codes_.uncompressed(code) : codes_.light(code);
     }
 
     // Half of a bilinear look-up, in linear light; pixel centres are at integers.
-    void addLookup(float x, float y, Mean& mean) const {
+    void addLookup(float x, float y, Color& light) const {
         const float left = std::floor(x), top = std::floor(y);
         const float right = x - left, lower = y - top;
         const int x0 = static_cast<int>(left), y0 = static_cast<int>(top);
-        add(x0, y0, 0.5f * (1.0f - right) * (1.0f - lower), mean);
-        add(x0 + 1, y0, 0.5f * right * (1.0f - lower), mean);
-        add(x0, y0 + 1, 0.5f * (1.0f - right) * lower, mean);
-        add(x0 + 1, y0 + 1, 0.5f * right * lower, mean);
+        add(x0, y0, 0.5f * (1.0f - right) * (1.0f - lower), light);
+        add(x0 + 1, y0, 0.5f * right * (1.0f - lower), light);
+        add(x0, y0 + 1, 0.5f * (1.0f - right) * lower, light);
+        add(x0 + 1, y0 + 1, 0.5f * right * lower, light);
     }
 
-    void add(int x, int y, float share, Mean& mean) const {
+    void add(int x, int y, float share, Color& light) const {
         x = std::clamp(x, 0, width_ - 1);
         y = std::clamp(y, 0, height_ - 1);
         const std::uint8_t* rgba =
             picture_.image.bytes() + 4 * (static_cast<std::ptrdiff_t>(y) * width_ + x);
         for (int i = 0; i < 3; ++i) {
-            mean.display[i] += share * codes_.light(rgba[i]);
-            mean.light[i] += share * codes_.uncompressed(rgba[i]);
-            mean.brightest = std::max(mean.brightest, rgba[i]);
+            light[i] += share * lightOf(rgba[i]);
         }
     }
 
     const Picture& picture_;
-    const bool ofSamples_;
+    const float most_;  // share of the result
     int width_, height_;
     const SrgbCodes& codes_ = srgbCodes();
 };

@@ -94,10 +94,10 @@
 #define COLOR_LEVELS_BELOW 1
 
 // The edge filter: bits of its variant, and what it changes of a pixel with several samples, relative to
-// one with a single sample, which have smoothed most of an edge already.
+// one with a single sample. Of 25 scenes 0.8 has the smallest mean error; see edge.glsl.
 #define EDGES_COMPRESSED 1
 #define EDGES_OF_SAMPLES 2
-#define EDGE_SHARE_OF_SAMPLES 0.6f
+#define EDGE_SHARE_OF_SAMPLES 0.8f
 
 // Texels for each node, triangle, vertex (of two floats), instance and material of the traced tier.
 #define TRACE_NODE_ROWS 2
