@@ -51,13 +51,25 @@ vec2 metallicRoughnessAt() {
     return clamp(metallicRoughness, 0.0f, 1.0f);
 }
 
+// Of a pixel with several samples: the mean over those that the triangle covers. The pixel's centre may
+// lie outside of the triangle.
+vec3 meshNormalAt() {
+    if (!viewHas(VIEW_SAMPLES)) return vertexNormal;
+    int covered = bitCount(gl_SampleMaskIn[0]);
+    vec3 sum = vec3(0.0f);
+    for (int i = 0; i < gl_NumSamples; ++i) {
+        if ((gl_SampleMaskIn[0] >> i & 1) != 0) sum += interpolateAtSample(vertexNormal, i);
+    }
+    return covered > 0 ? sum / float(covered) : vertexNormal;
+}
+
 vec3 turnedToEye(vec3 n) {
     return gl_FrontFacing ? n : -n;  // backs of one-sided surfaces are culled
 }
 
 // Of the texel of a normal map with this scale.
 vec3 bumpedNormal(vec4 texel, bool isPacked, float scale) {
-    vec3 n = vertexNormal;
+    vec3 n = meshNormalAt();
     // Not normalised before: as the tangents were made (mikktspace.com).
     vec3 t = vertexTangent.xyz;
     vec3 b = cross(n, t) * vertexTangent.w;
@@ -86,7 +98,7 @@ Turn turnIn(sampler2D map, vec2 uv, vec3 x, vec3 y, vec3 here, bool isPacked, fl
 }
 
 vec3 normalAt() {
-    if (!has(FEATURE_NORMAL_MAP)) return turnedToEye(direction(vertexNormal));
+    if (!has(FEATURE_NORMAL_MAP)) return turnedToEye(direction(meshNormalAt()));
     return bumpedNormal(texture(normalMap, texCoordOf(UNIT_NORMAL)), has(FEATURE_PACKED_NORMAL),
                         materialNumbers().z);
 }

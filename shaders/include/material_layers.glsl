@@ -19,7 +19,7 @@ void applySpecularMaps(inout vec4 dielectric, inout float grazing) {
 }
 
 vec3 clearcoatNormalAt() {
-    if (!layered(LAYER_CLEARCOAT_NORMAL_MAP)) return turnedToEye(direction(vertexNormal));
+    if (!layered(LAYER_CLEARCOAT_NORMAL_MAP)) return turnedToEye(direction(meshNormalAt()));
     return bumpedNormal(texture(clearcoatNormalMap, layerTexCoordOf(SLOT_CLEARCOAT_NORMAL)), false,
                         layerBlock.clearcoat.z);
 }

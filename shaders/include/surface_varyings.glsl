@@ -2,11 +2,11 @@
 // not read.
 
 VARYING vec3 positionEye;
+VARYING vec3 vertexNormal;  // at the centre; see meshNormalAt()
 VARYING vec2 texCoord0;
 VARYING vec2 texCoord1;
 // At a covered sample: of several, the centre of the pixel may lie outside of the triangle, and far from
 // it if the triangle is seen edge-on.
-centroid VARYING vec3 vertexNormal;
 centroid VARYING vec4 vertexTangent;  // w: sign of the bitangent
 centroid VARYING vec4 vertexColor;
 centroid VARYING vec4 coveredEye;  // positionEye, and modelScale

@@ -176,6 +176,40 @@ TEST_F(LightOnSurfaces, HighlightEnergyIsIndependentOfResolution) {
     }
 }
 
+// As above, with triangles smaller than pixels, of which each covers some of four samples.
+TEST_F(LightOnSurfaces, HighlightsOfSmallTrianglesAreSeenWithSeveralSamples) {
+    Scene scene;
+    const Index gold = addMaterial(scene, {.roughness = 0.1f});
+    for (int i = 0; i < 16; ++i) {
+        place(scene, sphere(0.5f, 48, gold), moved(1.5 * (i % 4) - 2.25, 1.5 * (i / 4) - 2.25, 0));
+    }
+    addLight(scene, {.kind = LightKind::directional, .intensity = glm::vec3(2.0f)},
+             glm::rotate(glm::dmat4(1.0), 0.7, glm::dvec3(0.6, 0.8, 0.0)));
+    FrameRequest r = request(std::move(scene), "balls", {0, 0, 3});
+    r.environment.map = "black";
+    const auto lightsAt = [&](std::uint32_t edge, std::uint32_t samples) {
+        r.width = r.height = edge;
+        r.accuracy.samples = samples;
+        const Image image = renderer().render(r).image;
+        std::array<double, 16> sums{};  // of each ball
+        for (std::uint32_t y = 0; y < edge; ++y) {
+            for (std::uint32_t x = 0; x < edge; ++x) {
+                sums[4 * (4 * y / edge) + 4 * x / edge] += color(image, x, y).x;
+            }
+        }
+        for (double& sum : sums) sum /= double(edge) * edge;
+        return sums;
+    };
+    const std::array<double, 16> truth = lightsAt(1024, 1);
+    for (const std::uint32_t edge : {32u, 44u, 60u}) {
+        const std::array<double, 16> sums = lightsAt(edge, 4);
+        for (std::size_t i = 0; i < 16; ++i) {
+            EXPECT_GT(sums[i] / truth[i], 0.5) << edge << ' ' << i;
+            EXPECT_LT(sums[i] / truth[i], 1.6) << edge << ' ' << i;
+        }
+    }
+}
+
 // Nothing is reflected where the index does not change, at no angle (Fresnel); just above, little.
 TEST_F(LightOnSurfaces, WithoutAChangeOfIndexThereIsNoHighlight) {
     const auto seen = [](float ior, float specular) {
