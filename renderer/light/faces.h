@@ -20,6 +20,7 @@ struct Face {
     float density = 0.0f;  // of rays towards emitters, per square metre
     bool plain = false;
     bool twoSided = false;
+    bool ofBody = false;  // its back is the inside of a body, see closedBodies()
 };
 
 // A triangle that emits.

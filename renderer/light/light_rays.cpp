@@ -1,5 +1,6 @@
 #include "light/light_rays.h"
 
+#include "light/bodies.h"
 #include "light/directions.h"
 
 #include <algorithm>
@@ -60,6 +61,10 @@ LightRays::LightRays(const BakeInput& input, const BakeQuality& quality)
     offset_ = static_cast<float>(
         1e-4 * static_cast<double>(lastingBounds(*input.scene, *input.pose).diagonal()));
     faces_ = facesOf(input, tree_, *tracer_);
+    const std::vector<bool> bodies = closedBodies(input, tree_, faces_, triangles_.origin);
+    for (std::uint32_t i = 0; i < faces_.size(); ++i) {
+        faces_[i].ofBody = bodies[static_cast<std::size_t>(tree_.triangle(i).instance)];
+    }
     emitters_ = emittersOf(input, tree_, faces_);
 }
 
@@ -162,6 +167,9 @@ LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along,
     rays::TriangleHit hit;
     if (!tree_.nearestHit(&start.x, &world.x, hit)) return {};
     if (const Face* const face = plainFace(hit, world)) {
+        if (face->ofBody && glm::dot(face->normal, world) > 0.0f) {
+            return {.met = true, .begins = false};
+        }
         const BvhTriangle& t = tree_.triangle(hit.place);
         const std::uint32_t* corners =
             &input_.scene->indices[3 * static_cast<std::size_t>(t.triangle)];

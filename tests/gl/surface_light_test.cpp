@@ -1,6 +1,7 @@
 // Light between surfaces (Effects::indirectLight) with known results: furnaces, closed rooms, form
 // factors.
 #include "lit_room.h"
+#include "scene/builtin/modelling.h"
 
 #include <cmath>
 #include <numbers>
@@ -300,6 +301,30 @@ TEST_F(LightBetweenSurfaces, ASlabOnTheFloorIsAsBrightAsTheRoom) {
                 EXPECT_NEAR(color(image, x, y).x, 0.22f, 0.04f)
                     << thickness << ' ' << x << ' ' << y;
             }
+        }
+    }
+}
+
+// The floor below a box is dark, and no part of the floor around it takes light from there; whether
+// the box's material has one side or two, its inside is not seen.
+TEST_F(LightBetweenSurfaces, ClosedBodiesOfTwoSidedMaterialsStandOnFloorsWithoutASeam) {
+    Image images[2];
+    for (const bool twoSided : {false, true}) {
+        Scene scene;
+        place(scene, quad(2.0f, addMaterial(scene, lambert(0.5f))), facingUp());
+        Material grey = lambert(0.5f);
+        grey.doubleSided = twoSided;
+        MeshDraft box{.material = addMaterial(scene, grey)};
+        shapes::addBox(box, glm::vec3(-0.4f, 0.0f, -0.4f), glm::vec3(0.4f, 0.8f, 0.4f));
+        place(scene, box);
+        FrameRequest r = request(std::move(scene), "box");
+        r.environment.map = "white";
+        r = lit(lookingAt(r, {1.2, 1.2, 1.6}, {0.0, 0.0, 0.0}));
+        images[twoSided] = renderer().render(r).image;
+    }
+    for (std::uint32_t y = 0; y < images[0].height; ++y) {
+        for (std::uint32_t x = 0; x < images[0].width; ++x) {
+            EXPECT_NEAR(color(images[1], x, y).x, color(images[0], x, y).x, 0.02f) << x << ' ' << y;
         }
     }
 }
