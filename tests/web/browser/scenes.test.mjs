@@ -57,6 +57,9 @@ test("a link to a missing scene says so and shows no other scene", { timeout: 60
 });
 
 visit("the full frame is saved in each format, named by scene and size", {}, async (v, page) => {
+  // Until its light is complete, the page requests the frame again now and then, also next to a file.
+  await page.waitForFunction(() => !document.querySelector("#caption").textContent.includes("light"), undefined, { timeout: 590_000 });
+  await v.settled();
   const marks = { png: [0x89, 0x50], jpeg: [0xff, 0xd8], webp: [0x52, 0x49] };
   const { width, height } = v.first;
   for (const [format, mark] of Object.entries(marks)) {
@@ -66,6 +69,7 @@ visit("the full frame is saved in each format, named by scene and size", {}, asy
     const bytes = readFileSync(await download.path());
     assert.deepEqual([...bytes.subarray(0, 2)], mark);
     if (format === "png") assert.deepEqual([bytes.readUInt32BE(16), bytes.readUInt32BE(20)], [width, height]);
+    await v.settled();  // the browser may report the end of the request after the file
   }
 });
 
