@@ -1,5 +1,7 @@
 #include "light/bodies.h"
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -56,59 +58,79 @@ double volumeOf(std::span<const Corners> triangles) {
     return sum;
 }
 
-bool within(const Bounds& box, const Bounds& outer) {
-    return !box.empty() && glm::all(glm::greaterThanEqual(box.min, outer.min)) &&
-           glm::all(glm::lessThanEqual(box.max, outer.max));
+bool contains(const Bounds& box, const glm::vec3& point) {
+    return glm::all(glm::lessThanEqual(box.min, point)) &&
+           glm::all(glm::lessThanEqual(point, box.max));
 }
 
-// World axes, relative to the origin.
-Bounds movedBounds(const Bounds& box, const glm::dmat4& worldFromNode, const glm::dvec3& origin) {
-    Bounds moved;
-    if (box.empty()) return moved;
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 p(corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
-                           corner & 4 ? box.max.z : box.min.z);
-        moved.add(glm::vec3(glm::dvec3(worldFromNode * glm::dvec4(p, 1.0)) - origin));
+// Boxes of all instances, world axes from the origin.
+class Boxes {
+public:
+    Boxes(const Scene& scene, const Pose& pose, const glm::dvec3& origin) {
+        for (const Instance& instance : scene.instances) {
+            const glm::dmat4 fromNode =
+                glm::translate(glm::dmat4(1.0), -origin) * pose.worldFromNode[instance.node];
+            boxes_.push_back(transformed(scene.meshes[instance.mesh].bounds, fromNode));
+            if (finite(boxes_.back())) byCenter_.push_back(boxes_.size() - 1);
+        }
+        std::sort(byCenter_.begin(), byCenter_.end(), [&](std::size_t a, std::size_t b) {
+            return boxes_[a].center().x < boxes_[b].center().x;
+        });
     }
-    return moved;
-}
+    const Bounds& operator[](std::size_t instance) const { return boxes_[instance]; }
+
+    // Whether the box of another instance is smaller and has its centre in that of this one. It may
+    // reach out of it: a chair's feet through the floor of a room.
+    bool holdsAnother(std::size_t instance) const {
+        const Bounds& box = boxes_[instance];
+        auto next = std::lower_bound(
+            byCenter_.begin(), byCenter_.end(), box.min.x,
+            [&](std::size_t other, float x) { return boxes_[other].center().x < x; });
+        for (; next != byCenter_.end() && boxes_[*next].center().x <= box.max.x; ++next) {
+            if (*next != instance && contains(box, boxes_[*next].center()) &&
+                boxes_[*next].diagonal() <= box.diagonal()) {
+                return true;
+            }
+        }
+        return false;
+    }
+
+private:
+    std::vector<Bounds> boxes_;
+    std::vector<std::size_t> byCenter_;
+};
 
 }  // namespace
 
 std::vector<bool> closedBodies(const BakeInput& input, const rays::TriangleTree& tree,
                                const std::vector<Face>& faces, const glm::dvec3& origin) {
-    const Scene& scene = *input.scene;
-    const std::size_t count = scene.instances.size();
-    std::vector<std::vector<Corners>> triangles(count);
+    const std::size_t count = input.scene->instances.size();
+    std::vector<std::vector<std::uint32_t>> triangles(count);
     std::vector<bool> candidate(count, true), bodies(count, false);
     for (std::uint32_t i = 0; i < faces.size(); ++i) {
-        const BvhTriangle& t = tree.triangle(i);
-        const auto instance = static_cast<std::size_t>(t.instance);
+        const auto instance = static_cast<std::size_t>(tree.triangle(i).instance);
         candidate[instance] = candidate[instance] && faces[i].plain && faces[i].twoSided &&
+                              faces[i].emitted == glm::vec3(0.0f) &&
                               triangles[instance].size() < kMaxTriangles;
-        if (!candidate[instance]) continue;
-        const bool turned = glm::dot(glm::cross(t.b - t.a, t.c - t.a), faces[i].normal) < 0.0f;
-        triangles[instance].push_back(turned ? Corners{t.a, t.c, t.b} : Corners{t.a, t.b, t.c});
+        if (candidate[instance]) triangles[instance].push_back(i);
     }
-    std::vector<Bounds> boxes;
-    for (const Instance& instance : scene.instances) {
-        boxes.push_back(movedBounds(scene.meshes[instance.mesh].bounds,
-                                    input.pose->worldFromNode[instance.node], origin));
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-        if (!candidate[i] || triangles[i].empty() || !closed(triangles[i]) ||
-            !(volumeOf(triangles[i]) > 0.0)) {
-            continue;
+    const Boxes boxes(*input.scene, *input.pose, origin);
+    std::vector<Corners> corners;
+    for (std::size_t instance = 0; instance < count; ++instance) {
+        if (!candidate[instance] || triangles[instance].empty()) continue;
+        corners.clear();
+        for (const std::uint32_t i : triangles[instance]) {
+            const BvhTriangle& t = tree.triangle(i);
+            const bool turned = glm::dot(glm::cross(t.b - t.a, t.c - t.a), faces[i].normal) < 0.0f;
+            corners.push_back(turned ? Corners{t.a, t.c, t.b} : Corners{t.a, t.b, t.c});
         }
-        const auto holds = [&](std::size_t other) {
-            return other != i && within(boxes[other], boxes[i]);
+        const auto within = [&](const PlacedLight& lamp) {
+            return lamp.kind != LightKind::directional &&
+                   contains(boxes[instance], glm::vec3(lamp.position - origin));
         };
-        bool empty = std::none_of(input.lights.begin(), input.lights.end(), [&](const auto& lamp) {
-            const glm::vec3 at(lamp.position - origin);
-            return lamp.kind != LightKind::directional && within({at, at}, boxes[i]);
-        });
-        for (std::size_t k = 0; empty && k < count; ++k) empty = !holds(k);
-        bodies[i] = empty;
+        bodies[instance] = closed(corners) && volumeOf(corners) > 0.0 &&
+                           std::none_of(input.lights.begin(), input.lights.end(), within) &&
+                           !boxes.holdsAnother(instance);
     }
     return bodies;
 }

@@ -12,9 +12,9 @@
 namespace clerestory::light {
 
 // For each instance of the scene: its triangles close a body that has an inside which nothing
-// shows. They are static and plain, each edge belongs to two of them with opposite directions, they
-// face outwards, and no other instance and no light lies within their box. faces: of the tree.
-// origin: of its triangles, world.
+// shows. They are static and plain and do not emit, each edge belongs to two of them with opposite
+// directions, they face outwards, and the box around them holds no light and no smaller instance:
+// it may be a room. faces: of the tree. origin: of its triangles, world.
 std::vector<bool> closedBodies(const BakeInput& input, const rays::TriangleTree& tree,
                                const std::vector<Face>& faces, const glm::dvec3& origin);
 

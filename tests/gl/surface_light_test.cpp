@@ -329,6 +329,33 @@ TEST_F(LightBetweenSurfaces, ClosedBodiesOfTwoSidedMaterialsStandOnFloorsWithout
     }
 }
 
+// A room may be one closed mesh whose faces are drawn from both sides and wound outwards. Its
+// inside is seen, also if what stands in it reaches through the floor.
+TEST_F(LightBetweenSurfaces, ClosedRoomsOfTwoSidedMaterialsAreLitInside) {
+    for (const float emitted : {0.0f, 0.25f}) {
+        Scene scene;
+        Material wall = lambert(0.5f, emitted);
+        wall.doubleSided = true;
+        MeshDraft room{.material = addMaterial(scene, wall)};
+        shapes::addBox(room, glm::vec3(-1.0f), glm::vec3(1.0f));
+        place(scene, room);
+        if (emitted == 0.0f) {
+            MeshDraft lamp{.material = addMaterial(scene, glowing(glm::vec3(2.0f)))};
+            shapes::addBox(lamp, glm::vec3(-0.4f, -1.1f, -0.4f), glm::vec3(0.4f, -0.6f, 0.4f));
+            place(scene, lamp);
+        }
+        const FrameRequest r = lit(request(std::move(scene), "room", {0.0, 0.0, 0.5}));
+        const Image image = renderer().render(r).image;
+        // Of glowing walls the sum of all bounces, 0.25 / (1 - 0.5); of the lamp's light a part.
+        const float seen = centerColor(image).x;
+        if (emitted > 0.0f) {
+            EXPECT_NEAR(seen, 0.5f, 0.02f);
+        } else {
+            EXPECT_GT(seen, 0.05f);
+        }
+    }
+}
+
 // Rays begin on the faces, and not within the body below normals that lean out of them.
 TEST_F(LightBetweenSurfaces, ACoarseBodyWithSmoothNormalsIsNotDark) {
     Scene scene;
