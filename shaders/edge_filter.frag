@@ -53,12 +53,17 @@ void addLookup(vec2 at, float share, inout vec3 light) {
     addTexel(texel + ivec2(1, 1), share * part.x * part.y, light);
 }
 
+vec3 codesOf(vec3 display) {
+    return floor(255.0f * srgbFromLinear(display) + 0.5f);
+}
+
 // How much of the pixel the other side of the edge covers is not known, only its mean. The result is what
 // is seen on average if it covers nothing or twice as much, with equal chance; what is seen are sRGB
 // codes. light: the mean.
 vec3 blended(vec3 center, vec3 light, float share) {
     vec3 twice = displayed(max(2.0f * light - lightOf(center), vec3(0.0f)));
-    return linearFromSrgb(mix(srgbFromLinear(center), srgbFromLinear(twice), 0.5f * share));
+    vec3 codes = mix(codesOf(center), codesOf(twice), 0.5f * share);
+    return linearFromSrgb(floor(codes + 0.5f) / 255.0f);
 }
 
 void main() {

@@ -40,9 +40,8 @@ Surface coveredByPixel(Surface s) {
     vec3 shape = direction(vertexNormal);
     vec3 ahead = viewHas(VIEW_ORTHOGRAPHIC) ? view.forward.xyz : direction(positionEye);
     vec3 turned = shape + 0.5f * ahead;
-    // A small triangle covers only part of its pixel. Not the root: parts about samples leave gaps, in
-    // which a highlight would be lost.
-    float part = pow(float(bitCount(gl_SampleMaskIn[0])) / float(gl_NumSamples), 1.0f / 3.0f);
+    // A small triangle covers only part of its pixel.
+    float part = sqrt(float(bitCount(gl_SampleMaskIn[0])) / float(gl_NumSamples));
     vec3 x = dFdx(turned);
     vec3 y = dFdy(turned);
     s = covering(s, scaled(turnAt(x, y, s.normal, s.roughness), part),

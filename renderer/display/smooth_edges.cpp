@@ -116,15 +116,20 @@ private:
     }
 
     // As in edge.glsl, for codes.
-    static float unsmoothed(glm::ivec2 low, int center, glm::ivec2 high, int contrast) {
-        const glm::ivec2 from = center - low, to = high - center;
-        const glm::ivec2 least = glm::min(glm::abs(from), glm::abs(to));
-        const glm::ivec2 sum = glm::abs(from) + glm::abs(to);
-        const int across = sum.y > sum.x;
-        if (from[across] * to[across] <= 0) return 1.0f;
-        const float part = static_cast<float>(least[across]) /
-                           static_cast<float>(std::max(contrast, 4 * kMinContrast));
-        return 1.0f - 4.0f * part * part;
+    static float unsmoothed(const glm::ivec2& low, int center, const glm::ivec2& high,
+                            int contrast) {
+        const glm::ivec2 before = center - low, after = high - center;
+        const float most = static_cast<float>(std::max(contrast, 4 * kMinContrast));
+        float sum = 0.0f, weights = 1e-12f;
+        for (int axis = 0; axis < 2; ++axis) {
+            const int a = std::abs(before[axis]), b = std::abs(after[axis]);
+            const bool between = before[axis] * after[axis] > 0;
+            const float part = between ? static_cast<float>(std::min(a, b)) / most : 0.0f;
+            const float weight = static_cast<float>((a + b) * (a + b));
+            sum += weight * part * part;
+            weights += weight;
+        }
+        return 1.0f - 4.0f * sum / weights;
     }
 
     float lightOf(std::uint8_t code) const {

@@ -18,7 +18,6 @@ public:
     float light(std::uint8_t code) const { return light_[code]; }
     // Before a tone curve compressed it; uncompressed() in edge_filter.frag.
     float uncompressed(std::uint8_t code) const { return uncompressed_[code]; }
-    static constexpr std::uint8_t kFirstCompressed = 226;  // the first code that differs
 
 private:
     // The steepest part of the curve has 3,295 codes for each unit of light, so that a step holds

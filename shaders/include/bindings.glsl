@@ -94,7 +94,7 @@
 #define COLOR_LEVELS_BELOW 1
 
 // The edge filter: bits of its variant, and what it changes of a pixel with several samples, relative to
-// one with a single sample. Of 25 scenes 0.8 has the smallest mean error; see edge.glsl.
+// one with a single sample. Of 0.6, 0.8 and 1 the one with the smallest mean error in 25 scenes.
 #define EDGES_COMPRESSED 1
 #define EDGES_OF_SAMPLES 2
 #define EDGE_SHARE_OF_SAMPLES 0.8f

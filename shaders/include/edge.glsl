@@ -12,11 +12,11 @@ const float kReach = 1.25f;
 // one. contrast: between the brightest and the darkest of the five; small ones are not exact.
 // 1: not smoothed; 0: in the middle.
 float unsmoothed(vec2 before, vec2 after, float contrast) {
-    vec2 sum = abs(before) + abs(after);
-    vec2 across = sum.y > sum.x ? vec2(before.y, after.y) : vec2(before.x, after.x);
-    if (across.x * across.y <= 0.0f) return 1.0f;
-    float part = min(abs(across.x), abs(across.y)) / max(contrast, 4.0f * kMinContrast);
-    return 1.0f - 4.0f * part * part;
+    vec2 nearer = min(abs(before), abs(after)) / max(contrast, 4.0f * kMinContrast);
+    vec2 part = mix(vec2(0.0f), nearer, greaterThan(before * after, vec2(0.0f)));
+    vec2 weight = abs(before) + abs(after);  // of the axis across the edge
+    weight *= weight;
+    return 1.0f - 4.0f * dot(weight, part * part) / max(weight.x + weight.y, 1e-12f);
 }
 
 // What the filter changes of a pixel, relative to its result.

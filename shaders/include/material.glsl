@@ -67,10 +67,9 @@ vec3 turnedToEye(vec3 n) {
     return gl_FrontFacing ? n : -n;  // backs of one-sided surfaces are culled
 }
 
-// Of the texel of a normal map with this scale.
-vec3 bumpedNormal(vec4 texel, bool isPacked, float scale) {
-    vec3 n = meshNormalAt();
-    // Not normalised before: as the tangents were made (mikktspace.com).
+// Of the texel of a normal map with this scale. n: meshNormalAt(), not normalised before: as the tangents
+// were made (mikktspace.com).
+vec3 bumpedNormal(vec3 n, vec4 texel, bool isPacked, float scale) {
     vec3 t = vertexTangent.xyz;
     vec3 b = cross(n, t) * vertexTangent.w;
     vec3 bump = isPacked ? unpackedNormal(texel) : texel.xyz * 2.0f - 1.0f;
@@ -89,17 +88,19 @@ Turn turnIn(sampler2D map, vec2 uv, vec3 x, vec3 y, vec3 here, bool isPacked, fl
     vec2 dv = 0.5f * v;
     Turn turn = evenTurn(x, y);
     if (roughness < kGlintRoughness) {
-        turn = bumpyTurn(x, y, here, bumpedNormal(textureGrad(map, uv - u, du, dv), isPacked, scale),
-                         bumpedNormal(textureGrad(map, uv + u, du, dv), isPacked, scale),
-                         bumpedNormal(textureGrad(map, uv - v, du, dv), isPacked, scale),
-                         bumpedNormal(textureGrad(map, uv + v, du, dv), isPacked, scale));
+        vec3 n = meshNormalAt();
+        turn = bumpyTurn(x, y, here, bumpedNormal(n, textureGrad(map, uv - u, du, dv), isPacked, scale),
+                         bumpedNormal(n, textureGrad(map, uv + u, du, dv), isPacked, scale),
+                         bumpedNormal(n, textureGrad(map, uv - v, du, dv), isPacked, scale),
+                         bumpedNormal(n, textureGrad(map, uv + v, du, dv), isPacked, scale));
     }
     return turn;
 }
 
 vec3 normalAt() {
-    if (!has(FEATURE_NORMAL_MAP)) return turnedToEye(direction(meshNormalAt()));
-    return bumpedNormal(texture(normalMap, texCoordOf(UNIT_NORMAL)), has(FEATURE_PACKED_NORMAL),
+    vec3 n = meshNormalAt();
+    if (!has(FEATURE_NORMAL_MAP)) return turnedToEye(direction(n));
+    return bumpedNormal(n, texture(normalMap, texCoordOf(UNIT_NORMAL)), has(FEATURE_PACKED_NORMAL),
                         materialNumbers().z);
 }
 // normal: normalAt().

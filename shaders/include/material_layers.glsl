@@ -1,4 +1,4 @@
-// The layers of a material at a pixel, after material.glsl's texCoordBy(). Only what
+// The layers of a material at a pixel, after material.glsl's texCoordBy() and meshNormalAt(). Only what
 // LAYERS selects is fetched, and only its maps are declared, by passes/shader_library.cpp.
 
 vec2 layerTexCoordOf(int slot) {
@@ -19,8 +19,9 @@ void applySpecularMaps(inout vec4 dielectric, inout float grazing) {
 }
 
 vec3 clearcoatNormalAt() {
-    if (!layered(LAYER_CLEARCOAT_NORMAL_MAP)) return turnedToEye(direction(meshNormalAt()));
-    return bumpedNormal(texture(clearcoatNormalMap, layerTexCoordOf(SLOT_CLEARCOAT_NORMAL)), false,
+    vec3 n = meshNormalAt();
+    if (!layered(LAYER_CLEARCOAT_NORMAL_MAP)) return turnedToEye(direction(n));
+    return bumpedNormal(n, texture(clearcoatNormalMap, layerTexCoordOf(SLOT_CLEARCOAT_NORMAL)), false,
                         layerBlock.clearcoat.z);
 }
 Turn clearcoatTurnAt(vec3 x, vec3 y, Layers l) {

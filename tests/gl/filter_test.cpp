@@ -371,11 +371,10 @@ TEST_F(Filters, StayFiniteAndNeverNegative) {
 TEST(Display, TheProcessorGivesThePictureOfTheShaders) {
     Renderer shaders({.display = Computation::shader, .debugOutput = true});
     Renderer processor({.display = Computation::processor, .debugOutput = true});
-    // Where the contrast is as large as the least one, only one may blend. White represents 31 times
-    // its light, so that a small difference of its share shows. A graphics card rounds in its own
-    // way: where the direction of an edge differs, more may differ.
+    // Where the contrast is as large as the least one, only one may blend. A graphics card rounds
+    // in its own way: where the direction of an edge differs, more may differ.
     const bool software = shaders.identity().software;
-    const int bound = software ? 24 : 255;
+    const int bound = software ? 16 : 255;
     for (const char* id : {"teapots", "chapel"}) {
         for (Renderer* renderer : {&shaders, &processor}) {
             renderer->addScene(*makeBuiltinScene(id));

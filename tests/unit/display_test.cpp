@@ -211,7 +211,11 @@ TEST(Display, WhatSamplesHaveSmoothedChangesLittle) {
         {0.375f, 0.125f}, {0.875f, 0.375f}, {0.125f, 0.625f}, {0.625f, 0.875f}};
     constexpr glm::vec2 kInside[] = {{0.5f, 0.5f}};
     const auto outline = differencesOfEdges(kOutline, true),
-               inside = differencesOfEdges(kInside, true);
+               inside = differencesOfEdges(kInside, true),
+               outlineOfOne = differencesOfEdges(kOutline, false),
+               insideOfOne = differencesOfEdges(kInside, false);
+    EXPECT_LT(outline[1], 1.5 * outline[0]);
+    EXPECT_LT(outline[1] + inside[1], outlineOfOne[1] + insideOfOne[1]);
     EXPECT_LT(inside[1], 0.6 * inside[0]);
     EXPECT_LT(outline[1] + inside[1], 0.6 * (outline[0] + inside[0]));
 }
@@ -227,11 +231,12 @@ TEST(Display, WideTransitionsChangeLittle) {
 }
 
 TEST(Display, LightBeforeTheCurveIsTheInverseOfDisplayLight) {
+    constexpr std::uint8_t kFirstCompressed = 226;
     const display::SrgbCodes& codes = display::srgbCodes();
     for (int code = 0; code < 256; ++code) {
         const auto c = static_cast<std::uint8_t>(code);
         EXPECT_NEAR(display::compressed(codes.uncompressed(c)), codes.light(c), 1e-5f);
-        if (c < display::SrgbCodes::kFirstCompressed) {
+        if (c < kFirstCompressed) {
             EXPECT_NEAR(codes.uncompressed(c), codes.light(c), 1e-6f);
         } else {
             EXPECT_GT(codes.uncompressed(c), codes.light(c) - 1e-5f);
