@@ -135,10 +135,15 @@ double Bsdf::specularPdf(const glm::dvec3& l) const {
 glm::dvec3 Bsdf::evalPunctual(const glm::dvec3& l, double diffuseScale, double discRadius2) const {
     if (l.z <= 0.0) return glm::dvec3(0.0);
     if (isSheen_) return sheenLobe(l);
+    return microfacetLobe(l, std::max(alpha_, kMinPunctualAlpha), discRadius2) +
+           diffuseScale * evalDiffuse(l);
+}
+
+glm::dvec3 Bsdf::evalDiffuse(const glm::dvec3& l) const {
+    if (l.z <= 0.0) return glm::dvec3(0.0);
     const glm::dvec3 half = unitOr(v_ + l, glm::dvec3(0, 0, 1));
     const double diffuseFactor = 1.0 - greatest(dielectricFresnel(glm::dot(v_, half)));
-    return microfacetLobe(l, std::max(alpha_, kMinPunctualAlpha), discRadius2) +
-           diffuse_ * (diffuseScale * diffuseFactor / kPi);
+    return diffuse_ * (diffuseFactor / kPi);
 }
 
 }  // namespace clerestory::reference

@@ -47,6 +47,8 @@ public:
     // meanNormalDistribution().
     glm::dvec3 evalPunctual(const glm::dvec3& l, double diffuseScale,
                             double discRadius2 = 0.0) const;
+    // The diffuse lobe alone.
+    glm::dvec3 evalDiffuse(const glm::dvec3& l) const;
 
 private:
     double clampedCosine(double cosine) const;

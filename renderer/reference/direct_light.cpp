@@ -10,18 +10,21 @@ constexpr int kMaxTransparentSurfaces = 64;  // along a shadow ray
 
 }  // namespace
 
-glm::dvec3 PathTracer::transmittance(Ray ray, bool throughGlass) const {
-    if (!geometry_.hasTransparency()) return glm::dvec3(geometry_.occluded(ray) ? 0.0 : 1.0);
+PathTracer::Passage PathTracer::passage(Ray ray, bool throughGlass, const Surface* end) const {
+    if (!end && !geometry_.hasTransparency()) {
+        return {glm::dvec3(geometry_.occluded(ray) ? 0.0 : 1.0), {}};
+    }
     glm::dvec3 result(1.0);
     MediumStack media;
     for (int i = 0; i < kMaxTransparentSurfaces; ++i) {
         const std::optional<Hit> hit = geometry_.intersect(ray);
-        if (!hit) return result;
+        if (!hit) return {result, {}};
         const SurfaceInteraction p = geometry_.interactionAt(*hit, ray.direction);
         if (media.count > 0) {
             const Material& m = *media.top().material;
             result *= beerLambert(m.attenuationColor, m.attenuationDistance, hit->distance);
         }
+        if (end && p.surface == end) return {result, p};
         glm::dvec3 atSurface(1.0 - p.coverage);
         if (throughGlass && p.transmission > 0.0) {
             const double cosine = -glm::dot(p.normal, ray.direction);
@@ -49,12 +52,12 @@ glm::dvec3 PathTracer::transmittance(Ray ray, bool throughGlass) const {
             atSurface += p.coverage * p.transmission * (1.0 - p.metallic) * throughSurface;
         }
         result *= atSurface;
-        if (!(greatest(result) > 0.0)) return glm::dvec3(0.0);
+        if (!(greatest(result) > 0.0)) return {};
         Ray next = SceneGeometry::spawnRay(p, ray.direction);
         next.tMax = ray.tMax - hit->distance;
         ray = next;
     }
-    return glm::dvec3(0.0);
+    return {};
 }
 
 glm::dvec3 PathTracer::evalPunctualLights(Path& path, const SurfaceInteraction& point,

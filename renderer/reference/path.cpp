@@ -63,6 +63,7 @@ void PathTracer::Path::scatter(const Ray& next, const glm::dvec3& factor, double
     throughput *= factor;
     pdf = pdfOfDirection;
     distance = 0.0;
+    fromDiffuse = false;
 }
 
 glm::dvec3 PathTracer::radiance(const Ray& ray, Sampler& sampler,
@@ -146,7 +147,9 @@ void PathTracer::scatterAt(Path& path, const Hit& hit) const {
 void PathTracer::scatterAtOpaque(Path& path, SurfaceInteraction point) const {
     chooseLayer(point, -path.ray.direction, path.sampler, path.throughput);
     const Bsdf bsdf(point, -path.ray.direction);
-    path.radiance += path.throughput * evalPunctualLights(path, point, bsdf, 1.0);
+    if (!wasSampled(path, point)) {
+        path.radiance += path.throughput * evalPunctualLights(path, point, bsdf, 1.0);
+    }
     if (mode_ == ReferenceMode::effects)
         scatterInEffects(path, point, bsdf);
     else
@@ -215,7 +218,8 @@ void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
     }
     const double probability = choice.probability(specular.weight);
     choice.diffuseProbability = 1.0 - probability;
-    path.radiance += path.throughput * evalAreaLights(path, point, bsdf, choice);
+    path.radiance += path.throughput * (evalAreaLights(path, point, bsdf, choice) +
+                                        evalMirroredLights(path, point, bsdf));
     if (path.sampler.get1D() < probability) {
         const glm::dvec3 towards =
             clampToHorizon(bsdf.frame().toWorld(specular.direction), point.geometricNormal);
@@ -233,6 +237,7 @@ void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
     }
     path.scatter(SceneGeometry::spawnRay(point, towards), choice.diffuse / (1.0 - probability),
                  (1.0 - probability) * std::max(cosineHemispherePdf(l), 1e-9));
+    path.fromDiffuse = true;
     path.footprint.spread = std::min(kDiffuseSpread * path.footprint.fraction, kMaxDiffuseSpread);
 }
 

@@ -66,7 +66,9 @@ private:
         glm::dvec3 throughput{1.0};
         MediumStack media;
         bool fromCamera = true;  // not reflected so far
-        int primary = -1;        // the only one that is left after dispersion; -1: all
+        // The last bounce was diffuse: the light of lamps in flat mirrors is sampled there.
+        bool fromDiffuse = false;
+        int primary = -1;  // the only one that is left after dispersion; -1: all
         // Solid-angle density of the last bounce if lights were sampled there as well; 0 if they
         // were not, so that emission counts with weight 1.
         double pdf = 0.0;
@@ -123,7 +125,23 @@ private:
                               const LobeChoice& choice) const;
     // Transmittance along the ray up to tMax. Glass does not refract here: light passes straight
     // through.
-    glm::dvec3 transmittance(Ray ray, bool throughGlass) const;
+    glm::dvec3 transmittance(const Ray& ray, bool throughGlass) const {
+        return passage(ray, throughGlass, nullptr).transmittance;
+    }
+    // The same up to a surface, if it is met; without one, up to tMax.
+    struct Passage {
+        glm::dvec3 transmittance{0.0};
+        std::optional<SurfaceInteraction> end;
+    };
+    Passage passage(Ray ray, bool throughGlass, const Surface* end) const;
+
+    // mirrored_light.cpp
+    // Light of lamps that flat mirrors throw on the diffuse lobe: a path finds a lamp behind a
+    // mirror only by the width of its highlight. One image of a lamp is sampled.
+    glm::dvec3 evalMirroredLights(Path& path, const SurfaceInteraction& point,
+                                  const Bsdf& bsdf) const;
+    // Whether evalMirroredLights() has added the light of lamps in this mirror.
+    bool wasSampled(const Path& path, const SurfaceInteraction& mirror) const;
 
     // Whether the specular lobe at this point is traced through the scene.
     bool tracesReflection(const SurfaceInteraction& point) const;

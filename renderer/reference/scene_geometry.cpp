@@ -137,6 +137,9 @@ SceneGeometry::SceneGeometry(const Scene& scene, const Pose& pose,
         t.scale = std::cbrt(std::abs(determinant));
         transforms_.push_back(t);
     }
+    for (const FlatMirror& mirror : clerestory::flatMirrors(scene, pose, materials, surfaces_)) {
+        flatMirrors_.push_back(mirror.relativeTo(origin_));
+    }
     collectTriangles();
     bvh_.emplace(
         triangles_.size(),

@@ -7,6 +7,7 @@
 #include "reference/ray.h"
 #include "reference/vectors.h"
 #include "scene/classification.h"
+#include "scene/flat_mirrors.h"
 #include "scene/geometry.h"
 
 #include <glm/glm.hpp>
@@ -103,6 +104,10 @@ public:
         return materials_.material(scene_, surface.material);
     }
 
+    // Those that throw the light of lamps onto other surfaces; relative to the origin.
+    const std::vector<FlatMirror>& flatMirrors() const { return flatMirrors_; }
+    const Surface& surfaceOf(const FlatMirror& mirror) const { return surfaces_[mirror.surface]; }
+
     // Whether a ray hits the triangle at this point: side and alpha mask.
     bool acceptsHit(std::uint32_t triangle, double weightB, double weightC,
                     bool counterClockwise) const;
@@ -126,6 +131,7 @@ private:
     const MaterialBindings& materials_;
     bool emission_ = true, refraction_ = true, layers_ = true;
     std::vector<Surface> surfaces_;
+    std::vector<FlatMirror> flatMirrors_;
     std::vector<InstanceTransform> transforms_;
     std::vector<Triangle> triangles_;
     glm::dvec3 origin_{0.0};

@@ -229,6 +229,43 @@ TEST(ReferenceLights, AnEdgeHidesAPartOfARoundLamp) {
     }
 }
 
+// A mirror stands next to the floor below a lamp: the floor has the light of the lamp and that of
+// its image, twice as far away as the mirror.
+TEST(ReferenceLights, AFlatMirrorThrowsTheLightOfALamp) {
+    constexpr double kLit = 0.8 / kPi;
+    constexpr double kTint = 0.9;
+    const double root = std::sqrt(5.0);
+    const double reflected = kTint + (1.0 - kTint) * std::pow(1.0 - 2.0 / root, 5.0);
+    const double thrown = kLit * reflected / (5.0 * root);
+    const auto seen = [&](double height, double turn, bool shaded) {
+        Index black = 0;
+        Scene scene = floorUnder(black);
+        scene.materials[black].doubleSided = true;
+        const Index silver = addMaterial(
+            scene,
+            {.name = "silver", .baseColor = glm::vec4(glm::vec3(kTint), 1.0f), .roughness = 0.0f});
+        glm::dmat4 stands = glm::translate(glm::dmat4(1.0), {1.0, height, 0.0});
+        stands = glm::rotate(stands, turn, {0.0, 1.0, 0.0});
+        placeAt(scene, addSquareMesh(scene, "mirror", silver), glm::scale(stands, glm::dvec3(0.2)));
+        if (shaded) {
+            const glm::dmat4 upright = glm::rotate(
+                glm::translate(glm::dmat4(1.0), {0.5, 0.75, 0.0}), 0.5 * kPi, {0, 1, 0});
+            placeAt(scene, addSquareMesh(scene, "shade", black),
+                    glm::scale(upright, glm::dvec3(0.1)));
+        }
+        scene.lights.push_back(
+            {.name = "lamp",
+             .node = addNode(scene, "lamp", glm::translate(glm::dmat4(1.0), {0.0, 1.0, 0.0})),
+             .intensity = glm::vec3(1.0f)});
+        const FrameRequest frame = narrow({0.0, 0.8, 2.0}, {0.0, 0.0, 0.0}, 0.001);
+        return meanColor(traced(scene, frame, uniformMap(0.0f), ReferenceMode::full, 64)).x;
+    };
+    EXPECT_NEAR(seen(0.5, -0.5 * kPi, false), kLit + thrown, 2e-4);
+    EXPECT_NEAR(seen(0.5, 0.5 * kPi, false), kLit, 2e-4);   // it shows its back
+    EXPECT_NEAR(seen(0.8, -0.5 * kPi, false), kLit, 2e-4);  // the way passes below it
+    EXPECT_NEAR(seen(0.5, -0.5 * kPi, true), kLit, 2e-4);   // the lamp does not reach it there
+}
+
 // Two long mirrors face each other; a slanted ray leaves between their ends after k
 // reflections.
 TEST(ReferenceMirrors, TheKthImageIsReflectedKTimes) {
