@@ -20,7 +20,9 @@ public:
     const Frame& frame() const { return frame_; }
     const glm::dvec3& toEye() const { return v_; }  // local
     double alpha() const { return alpha_; }
-    bool isMirror() const;                                  // the lobe is a delta distribution
+    bool isMirror() const;  // the lobe is a delta distribution
+    // The lobe is wider than what a mirror shows of most lamps' surroundings.
+    bool isWide() const { return alpha_ > 0.2; }
     const glm::dvec3& diffuse() const { return diffuse_; }  // albedo of the dielectric part
 
     // Reflectance of a microfacet at this cosine. What a surface mirrors leaves its face, so that

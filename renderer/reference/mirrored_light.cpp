@@ -8,7 +8,7 @@ namespace clerestory::reference {
 
 bool PathTracer::wasSampled(const Path& path, const SurfaceInteraction& mirror) const {
     const auto& all = geometry_.flatMirrors();
-    return path.fromDiffuse && std::any_of(all.begin(), all.end(), [&](const FlatMirror& m) {
+    return path.mirrorsSampled && std::any_of(all.begin(), all.end(), [&](const FlatMirror& m) {
                return &geometry_.surfaceOf(m) == mirror.surface;
            });
 }
@@ -45,9 +45,11 @@ glm::dvec3 PathTracer::evalMirroredLights(Path& path, const SurfaceInteraction& 
     }
     const glm::dvec3& towards = chosen.light.toLight;
     if (!chosen.mirror || glm::dot(towards, point.geometricNormal) <= 0.0) return glm::dvec3(0.0);
-    const glm::dvec3 diffuse = bsdf.evalDiffuse(bsdf.frame().toLocal(towards)) *
-                               std::max(glm::dot(point.normal, towards), 0.0);
-    if (!(greatest(diffuse) > 0.0)) return glm::dvec3(0.0);
+    const glm::dvec3 local = bsdf.frame().toLocal(towards);
+    const glm::dvec3 lobes =
+        bsdf.isWide() ? bsdf.evalPunctual(local, 1.0) : bsdf.evalDiffuse(local);
+    const glm::dvec3 reflected = lobes * std::max(glm::dot(point.normal, towards), 0.0);
+    if (!(greatest(reflected) > 0.0)) return glm::dvec3(0.0);
     const Passage toMirror = passage(SceneGeometry::spawnRay(point, towards), false,
                                      &geometry_.surfaceOf(*chosen.mirror));
     if (!toMirror.end) return glm::dvec3(0.0);
@@ -56,7 +58,7 @@ glm::dvec3 PathTracer::evalMirroredLights(Path& path, const SurfaceInteraction& 
     Ray onwards = SceneGeometry::spawnRay(at, chosen.mirror->turned(towards));
     onwards.tMax =
         (chosen.light.distance - glm::distance(point.position, at.position)) * (1.0 - 1e-6);
-    return diffuse * chosen.light.irradiance * (total / chosen.weight) * toMirror.transmittance *
+    return reflected * chosen.light.irradiance * (total / chosen.weight) * toMirror.transmittance *
            Bsdf(at, -towards).fresnel(cosine) * transmittance(onwards, true);
 }
 

@@ -63,7 +63,7 @@ void PathTracer::Path::scatter(const Ray& next, const glm::dvec3& factor, double
     throughput *= factor;
     pdf = pdfOfDirection;
     distance = 0.0;
-    fromDiffuse = false;
+    mirrorsSampled = false;
 }
 
 glm::dvec3 PathTracer::radiance(const Ray& ray, Sampler& sampler,
@@ -226,6 +226,7 @@ void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
         path.scatter(SceneGeometry::spawnRay(point, towards), specular.weight / probability,
                      probability * bsdf.specularPdf(specular.direction));
         path.widen(bsdf.alpha(), point.normalSpread);
+        path.mirrorsSampled = bsdf.isWide();
         return;
     }
     const glm::dvec3 l = sampleCosineHemisphere(path.sampler.get2D());
@@ -237,7 +238,7 @@ void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
     }
     path.scatter(SceneGeometry::spawnRay(point, towards), choice.diffuse / (1.0 - probability),
                  (1.0 - probability) * std::max(cosineHemispherePdf(l), 1e-9));
-    path.fromDiffuse = true;
+    path.mirrorsSampled = true;
     path.footprint.spread = std::min(kDiffuseSpread * path.footprint.fraction, kMaxDiffuseSpread);
 }
 

@@ -66,8 +66,8 @@ private:
         glm::dvec3 throughput{1.0};
         MediumStack media;
         bool fromCamera = true;  // not reflected so far
-        // The last bounce was diffuse: the light of lamps in flat mirrors is sampled there.
-        bool fromDiffuse = false;
+        // At the last bounce the light of lamps in flat mirrors was sampled, too.
+        bool mirrorsSampled = false;
         int primary = -1;  // the only one that is left after dispersion; -1: all
         // Solid-angle density of the last bounce if lights were sampled there as well; 0 if they
         // were not, so that emission counts with weight 1.
@@ -136,8 +136,8 @@ private:
     Passage passage(Ray ray, bool throughGlass, const Surface* end) const;
 
     // mirrored_light.cpp
-    // Light of lamps that flat mirrors throw on the diffuse lobe: a path finds a lamp behind a
-    // mirror only by the width of its highlight. One image of a lamp is sampled.
+    // Light of lamps that flat mirrors throw on diffuse and wide lobes: a path finds a lamp behind
+    // a mirror only by the width of its highlight. One image of a lamp is sampled.
     glm::dvec3 evalMirroredLights(Path& path, const SurfaceInteraction& point,
                                   const Bsdf& bsdf) const;
     // Whether evalMirroredLights() has added the light of lamps in this mirror.
