@@ -47,6 +47,7 @@ void Renderer::State::beginLight(Subject subject, const FrameRequest& request, L
     bake.mapFromWorld = inputs.mapFromWorld;
     bake.environmentIntensity = inputs.environmentIntensity;
     bake.emission = inputs.emission;
+    bake.emitters = inputs.emitters;
     guarded([&] { executor.addTables(inputOf(subject, framePlan), bake); });
     lights.begin(subject.scene, std::move(bake));
 }
@@ -61,6 +62,7 @@ void Renderer::State::addLight(Subject& subject, const FrameRequest& request,
                                      .environment = *subject.environment,
                                      .mapFromWorld = inputs.mapFromWorld,
                                      .environmentIntensity = inputs.environmentIntensity,
+                                     .emitters = inputs.emitters,
                                      .key = inputs.hash});
         return;
     }

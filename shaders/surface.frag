@@ -95,7 +95,9 @@ Surface surfaceSeen(MaterialPoint m) {
     Surface s = surfaceOf(m, toEye, least);
     if (viewHas(VIEW_SURFACE_LIGHT)) {
         SurfaceLight light =
-            SurfaceLight(lightIrradiance, lightTurned, lightVisible, lightNearby, lightSides);
+            SurfaceLight(lightIrradiance, lightTurned, lightVisible, lightNearby, lightSides,
+                         viewHas(VIEW_EMITTERS) ? lightEmitted : vec3(0.0f),
+                         viewHas(VIEW_EMITTERS) ? lightEmittedFlux : vec3(0.0f));
         s.light = lightOnSide(light, gl_FrontFacing, s.normal);
     }
     return s;
@@ -110,11 +112,13 @@ vec3 shaded(inout MaterialPoint m) {
     float occlusion = viewHas(VIEW_SURFACE_LIGHT) ? 1.0f : m.occlusion;
     // Pictures and rays contain the occlusion that an occlusion texture approximates.
     const uint kLooked = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_TRACED_REFLECTION;
+    vec3 lamps = lampsAt(s);
+    if (!has(kLooked)) lamps += emittersLight(s);
     if (layered(LAYER_SHEEN | LAYER_CLEARCOAT)) {
-        return lampsAt(s) + layeredLight(s, mirrored, has(kLooked) ? 1.0f : occlusion, occlusion);
+        return lamps + layeredLight(s, mirrored, has(kLooked) ? 1.0f : occlusion, occlusion);
     }
     weighRays(s.reflectance, vec3(0.0f));
-    return lampsAt(s) + s.reflectance * mirrored * (has(kLooked) ? 1.0f : occlusion) +
+    return lamps + s.reflectance * mirrored * (has(kLooked) ? 1.0f : occlusion) +
            occlusion * diffuseLight(s);
 }
 

@@ -8,7 +8,7 @@
 #define VARYING out
 #include "include/surface_varyings.glsl"
 
-layout(binding = UNIT_SURFACE_LIGHT) uniform usamplerBuffer surfaceLight;
+#include "include/surface_light_sampler.glsl"
 
 layout(location = ATTRIBUTE_NORMAL) in vec3 normal;
 layout(location = ATTRIBUTE_TANGENT) in vec4 tangent;
@@ -41,13 +41,17 @@ void main() {
     vertexTangent.w = volume < 0.0f ? -tangent.w : tangent.w;
     if (viewHas(VIEW_SURFACE_LIGHT)) {
         int value = surfaceLightValue(normalFromModel[2].w, gl_VertexID);
-        SurfaceLight light = surfaceLightOf(texelFetch(surfaceLight, SURFACE_LIGHT_ROWS * value),
-                                            texelFetch(surfaceLight, SURFACE_LIGHT_ROWS * value + 1));
+        SurfaceLight light = surfaceLightOf(surfaceLightRow(value, 0), surfaceLightRow(value, 1));
         lightIrradiance = light.irradiance;
         lightTurned = light.turned;
         lightVisible = light.visible;
         lightNearby = light.nearby;
         lightSides = light.sides;
+        if (viewHas(VIEW_EMITTERS)) {
+            light = withEmitters(light, surfaceLightRow(value, SURFACE_LIGHT_ROWS));
+            lightEmitted = light.emitted;
+            lightEmittedFlux = light.emittedFlux;
+        }
     }
     texCoord0 = inTexCoord0;
     texCoord1 = inTexCoord1;

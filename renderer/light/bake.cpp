@@ -13,8 +13,6 @@
 namespace clerestory::light {
 namespace {
 
-// An emitter that fills this fraction of the directions counts fully in specular lobes.
-constexpr float kLargeEmitter = 0.25f;
 // Steps from neighbour to neighbour by which buried samples receive values.
 constexpr int kFillSteps = 12;
 // Distance of places, relative to the length of edges.
@@ -42,7 +40,9 @@ struct Bake::State {
     glm::vec3 irradianceOf(const RaySums& s) const {  // over pi; without lamps
         return s.direct() + series.scale() * s.bounced();
     }
+    float partOfNearby(const RaySums& s) const;
     glm::vec3 nearbyFrom(const RaySums& s) const;
+    EmittersAtVertex emittersOf(std::uint32_t place) const;
     LightAtVertex lightOf(std::uint32_t place) const;
     LightAtVertex unhidden() const {
         return lightInTheOpen(*input.environment, input.environmentIntensity);
@@ -102,13 +102,30 @@ Bake::State::State(BakeInput given, const BakeQuality& q)
     }
 }
 
-// The mean light from surfaces, weighted as for specular lobes: most lobes do not contain a small
-// emitter.
+// The part of the light of emitters that specular lobes have from all directions: emitters that
+// fill them are no lamps.
+float Bake::State::partOfNearby(const RaySums& s) const {
+    return std::min(s.emitterShare / std::max(s.emitterCount, 1.0f), 1.0f);
+}
+
+// The mean light from surfaces, as for specular lobes.
 glm::vec3 Bake::State::nearbyFrom(const RaySums& s) const {
-    const float emitterRays = std::max(s.emitterCount, 1.0f);
-    const float seen = std::min(s.emitterShare / (kLargeEmitter * emitterRays), 1.0f);
-    return series.scale() * s.bounced() +
-           seen * (s.emittersMet / std::max(s.count, 1.0f) + s.emitters / emitterRays);
+    const glm::vec3 met = s.emittersMet / std::max(s.count, 1.0f);
+    const glm::vec3 sent = s.emitters / std::max(s.emitterCount, 1.0f);
+    return series.scale() * s.bounced() + partOfNearby(s) * (met + sent);
+}
+
+EmittersAtVertex Bake::State::emittersOf(std::uint32_t place) const {
+    EmittersAtVertex brighter;
+    for (int side = 0; side < (pointOf(place).twoSided ? 2 : 1); ++side) {
+        const RaySums& s = sums[side][place];
+        const float part = 1.0f - partOfNearby(s);
+        EmittersAtVertex e = s.ofEmitters();
+        e.light *= part;
+        e.flux *= part;
+        if (luminance(e.light) > luminance(brighter.light)) brighter = e;
+    }
+    return brighter;
 }
 
 LightAtVertex Bake::State::lightOf(std::uint32_t place) const {
@@ -261,7 +278,14 @@ void Bake::work(std::uint32_t first, std::uint32_t end) {
     for (std::uint32_t i = first; i < end; ++i) {
         const Receiver& point = s.pointOf(i);
         for (int side = 0; side < (point.twoSided ? 2 : 1); ++side) {
-            if (s.round == 0) s.lamps[side][i] = s.rays.lampsAt(point, side == 0 ? 1.0f : -1.0f);
+            if (s.round == 0) {
+                const float sign = side == 0 ? 1.0f : -1.0f;
+                s.lamps[side][i] = s.rays.lampsAt(point, sign);
+                const LightRays::Thrown thrown = s.rays.thrownAt(point, sign);
+                s.sums[side][i].thrown = thrown.light;
+                s.sums[side][i].thrownLight = thrown.whole;
+                s.sums[side][i].thrownFlux = thrown.flux;
+            }
             s.rays.gather(point, i, side, s.round, s.sums[side][i]);
         }
     }
@@ -297,13 +321,21 @@ SurfaceLight Bake::light() const {
         light.firstOfInstance[s.moving[i]] = kNoLight + 1 + static_cast<std::int32_t>(i);
     }
     std::vector<LightAtVertex> gathered;
-    for (std::uint32_t i = 0; i < s.places.chosen.size(); ++i) gathered.push_back(s.lightOf(i));
+    std::vector<EmittersAtVertex> emitters;
+    for (std::uint32_t i = 0; i < s.places.chosen.size(); ++i) {
+        gathered.push_back(s.lightOf(i));
+        emitters.push_back(s.emittersOf(i));
+    }
     std::vector<LightValue> ofPoints;
+    std::vector<EmittersValue> emittersOfPoints;
     for (std::uint32_t i = 0; i < s.places.points.size(); ++i) {
         LightAtVertex mean{.turned = glm::vec4(0.0f), .visible = glm::vec4(0.0f)};
+        EmittersAtVertex ofEmitters;
         float weights = 0.0f;
         for (const Places::Part& part : s.places.partsOf(s.source[i])) {
             if (s.buried(part.place)) continue;
+            ofEmitters.light += part.weight * emitters[part.place].light;
+            ofEmitters.flux += part.weight * emitters[part.place].flux;
             const LightAtVertex& l = gathered[part.place];
             mean.irradiance += part.weight * l.irradiance;
             mean.turned += part.weight * l.turned;
@@ -315,10 +347,18 @@ SurfaceLight Bake::light() const {
         const float scale = weights > 0.0f ? 1.0f / weights : 0.0f;
         ofPoints.push_back(packed({mean.irradiance * scale, mean.turned * scale,
                                    mean.visible * scale, mean.nearby * scale, mean.sides * scale}));
+        emittersOfPoints.push_back(
+            packed(EmittersAtVertex{ofEmitters.light * scale, ofEmitters.flux * scale}));
     }
     light.values.reserve(s.places.pointOf.size() + 1 + s.moving.size());
     light.values.assign(1 + s.moving.size(), packed(s.unhidden()));
     for (const std::uint32_t point : s.places.pointOf) light.values.push_back(ofPoints[point]);
+    if (s.input.emitters) {
+        light.emitters.resize(1 + s.moving.size());
+        for (const std::uint32_t point : s.places.pointOf) {
+            light.emitters.push_back(emittersOfPoints[point]);
+        }
+    }
     return light;
 }
 

@@ -24,7 +24,8 @@ struct BakeInput {
     std::shared_ptr<const EnvironmentMap> environment;
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
-    bool emission = true;  // emissive surfaces give light
+    bool emission = true;   // emissive surfaces give light
+    bool emitters = false;  // there are some: their light is stored for specular lobes
     // Tables of passes/ray_tables.h; rows of instances are relative to the origin of the triangles,
     // with the axes of the map.
     std::vector<glm::vec4> instances, materialRows;

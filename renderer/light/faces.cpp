@@ -31,6 +31,32 @@ std::vector<Face> facesOf(const BakeInput& input, const rays::TriangleTree& tree
     return faces;
 }
 
+std::vector<FlatMirror> mirrorsOf(const BakeInput& input, const rays::TriangleTree& tree,
+                                  std::vector<Face>& faces, const glm::dvec3& origin) {
+    const Scene& scene = *input.scene;
+    const std::vector<Surface> surfaces = surfacesOf(scene, input.materials);
+    std::vector<FlatMirror> mirrors;
+    for (const FlatMirror& m : flatMirrors(scene, *input.pose, input.materials, surfaces)) {
+        mirrors.push_back(m.relativeTo(origin));
+    }
+    if (mirrors.empty()) return mirrors;
+    for (std::uint32_t i = 0; i < faces.size(); ++i) {
+        const BvhTriangle& t = tree.triangle(i);
+        const auto first = 3 * static_cast<std::uint32_t>(t.triangle);
+        for (std::size_t k = 0; k < mirrors.size() && faces[i].plain; ++k) {
+            const Surface& s = surfaces[mirrors[k].surface];
+            // The clusters of a flat part follow each other in Scene::indices.
+            const Cluster& begin = scene.clusters[s.firstCluster];
+            const Cluster& last = scene.clusters[s.firstCluster + s.clusterCount - 1];
+            if (s.instance == static_cast<Index>(t.instance) && first >= begin.firstIndex &&
+                first < last.firstIndex + last.indexCount) {
+                faces[i].mirror = static_cast<std::uint8_t>(k);
+            }
+        }
+    }
+    return mirrors;
+}
+
 std::vector<Emitter> emittersOf(const BakeInput& input, const rays::TriangleTree& tree,
                                 std::vector<Face>& faces) {
     std::vector<Emitter> emitters;

@@ -4,12 +4,16 @@
 #include "light/bake_input.h"
 #include "rays/path.h"
 #include "rays/triangle_tree.h"
+#include "scene/flat_mirrors.h"
 
 #include <glm/glm.hpp>
 
+#include <cstdint>
 #include <vector>
 
 namespace clerestory::light {
+
+inline constexpr std::uint8_t kNoMirror = 255;
 
 // A triangle for light between surfaces. `plain`: it has no holes and is neither blended nor glass;
 // see PathTracer::middleOf().
@@ -20,7 +24,8 @@ struct Face {
     float density = 0.0f;  // of rays towards emitters, per square metre
     bool plain = false;
     bool twoSided = false;
-    bool ofBody = false;  // its back is the inside of a body, see closedBodies()
+    bool ofBody = false;              // its back is the inside of a body, see closedBodies()
+    std::uint8_t mirror = kNoMirror;  // of LightRays; it reflects instead of scattering
 };
 
 // A triangle that emits.
@@ -34,6 +39,9 @@ struct Emitter {
 // Of all triangles of the tree, in its order.
 std::vector<Face> facesOf(const BakeInput& input, const rays::TriangleTree& tree,
                           const rays::PathTracer& tracer);
+// Flat mirrors, relative to the origin of the tree's triangles; sets Face::mirror of theirs.
+std::vector<FlatMirror> mirrorsOf(const BakeInput& input, const rays::TriangleTree& tree,
+                                  std::vector<Face>& faces, const glm::dvec3& origin);
 // Sets Face::density of those that emit. Empty without emission.
 std::vector<Emitter> emittersOf(const BakeInput& input, const rays::TriangleTree& tree,
                                 std::vector<Face>& faces);

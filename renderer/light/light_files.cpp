@@ -1,5 +1,5 @@
 // Layout of a file: header, EdgeLengths::small, SurfaceLight::firstOfInstance,
-// SurfaceLight::values, LightGrid::values.
+// SurfaceLight::values, SurfaceLight::emitters, LightGrid::values.
 #include "light/light_files.h"
 
 #include "light/refinement.h"
@@ -10,6 +10,8 @@
 #include <cerrno>
 #include <cstring>
 #include <initializer_list>
+#include <iterator>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -20,18 +22,18 @@ constexpr const char* kExtension = ".light";
 
 struct Header {
     char magic[8] = {'C', 'L', 'L', 'I', 'G', 'H', 'T', '\0'};
-    std::uint32_t version = 3;
+    std::uint32_t version = 4;
     std::uint32_t revision = 0;
     std::uint64_t key = 0;
     std::uint64_t meshes = 0;  // a hash of the refined ones, whose vertices have the values
-    std::uint64_t instances = 0, values = 0;
+    std::uint64_t instances = 0, values = 0, emitters = 0;
     glm::dvec3 gridFirst{0.0}, gridSpacing{1.0};
     glm::uvec3 gridCount{0u};
     std::uint32_t bodies = 0;                    // EdgeLengths::small
     double commonEdge = 0.0, edgePerSize = 0.0;  // its other members
     std::uint64_t checksum = 0;                  // of everything, with this field 0
 };
-static_assert(sizeof(Header) == 136);
+static_assert(sizeof(Header) == 144);
 
 // Without unused bytes.
 struct StoredBody {
@@ -106,16 +108,20 @@ std::optional<SurfaceLight> LightFiles::find(std::uint64_t key, const Refine& re
     constexpr std::size_t kMaxEntries = 1u << 30;  // of each list
     if (std::memcmp(header.magic, expected.magic, sizeof header.magic) != 0 ||
         header.version != expected.version || header.key != key || header.instances > kMaxEntries ||
-        header.values > kMaxEntries || std::max({cells.x, cells.y, cells.z}) > 1024u) {
+        header.values > kMaxEntries || (header.emitters != 0 && header.emitters != header.values) ||
+        std::max({cells.x, cells.y, cells.z}) > 1024u) {
         return std::nullopt;
     }
     const std::size_t sizes[] = {
         header.bodies * sizeof(StoredBody), header.instances * sizeof(std::int32_t),
-        header.values * sizeof(LightValue), grid.points() * sizeof(LightValue)};
-    if (sizes[0] + sizes[1] + sizes[2] + sizes[3] != rest.size()) return std::nullopt;
-    std::span<const std::byte> lists[4];
-    for (std::size_t i = 0, at = 0; i < 4; at += sizes[i++]) lists[i] = rest.subspan(at, sizes[i]);
-    if (header.checksum != checksumOf(header, {lists[0], lists[1], lists[2], lists[3]})) {
+        header.values * sizeof(LightValue), header.emitters * sizeof(EmittersValue),
+        grid.points() * sizeof(LightValue)};
+    if (std::accumulate(std::begin(sizes), std::end(sizes), std::size_t{0}) != rest.size()) {
+        return std::nullopt;
+    }
+    std::span<const std::byte> lists[5];
+    for (std::size_t i = 0, at = 0; i < 5; at += sizes[i++]) lists[i] = rest.subspan(at, sizes[i]);
+    if (header.checksum != checksumOf(header, {lists[0], lists[1], lists[2], lists[3], lists[4]})) {
         return std::nullopt;
     }
     const auto read = [](std::span<const std::byte> bytes, auto& list) {
@@ -132,7 +138,8 @@ std::optional<SurfaceLight> LightFiles::find(std::uint64_t key, const Refine& re
     }
     read(lists[1], light.firstOfInstance);
     read(lists[2], light.values);
-    read(lists[3], grid.values);
+    read(lists[3], light.emitters);
+    read(lists[4], grid.values);
     light.grid = std::move(grid);
     light.scene = refine(light.edges);
     if (header.meshes != hashOfMeshes(*light.scene) || !belongs(light)) return std::nullopt;
@@ -145,12 +152,14 @@ void LightFiles::store(const SurfaceLight& light) {
     const auto bodies = std::as_bytes(std::span(small));
     const auto first = std::as_bytes(std::span(light.firstOfInstance));
     const auto values = std::as_bytes(std::span(light.values));
+    const auto emitters = std::as_bytes(std::span(light.emitters));
     Header header;
     header.revision = light.revision;
     header.key = light.key;
     header.meshes = hashOfMeshes(*light.scene);
     header.instances = light.firstOfInstance.size();
     header.values = light.values.size();
+    header.emitters = light.emitters.size();
     header.gridFirst = light.grid.first;
     header.gridSpacing = light.grid.spacing;
     header.gridCount = light.grid.count;
@@ -158,9 +167,9 @@ void LightFiles::store(const SurfaceLight& light) {
     header.bodies = static_cast<std::uint32_t>(small.size());
     header.commonEdge = light.edges.common;
     header.edgePerSize = light.edges.perSize;
-    header.checksum = checksumOf(header, {bodies, first, values, gridValues});
-    if (writeCacheFile(fileOf(light.key),
-                       {std::as_bytes(std::span(&header, 1)), bodies, first, values, gridValues})) {
+    header.checksum = checksumOf(header, {bodies, first, values, emitters, gridValues});
+    if (writeCacheFile(fileOf(light.key), {std::as_bytes(std::span(&header, 1)), bodies, first,
+                                           values, emitters, gridValues})) {
         failureReported_ = false;
         return trimCacheFolder(options_.folder, kExtension, options_.maxBytes);
     }

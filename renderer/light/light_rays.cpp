@@ -66,6 +66,9 @@ LightRays::LightRays(const BakeInput& input, const BakeQuality& quality)
         faces_[i].ofBody = bodies[static_cast<std::size_t>(tree_.triangle(i).instance)];
     }
     emitters_ = emittersOf(input, tree_, faces_);
+    mirrors_ = mirrorsOf(input, tree_, faces_, triangles_.origin);
+    lamps_ = input.lights;
+    for (PlacedLight& lamp : lamps_) lamp.position -= triangles_.origin;
 }
 
 // A direction with the map's axes, in those of the world.
@@ -113,35 +116,104 @@ glm::vec3 LightRays::shareOf(const PlacedLight& lamp, const glm::vec3& start,
     return soft ? sum / static_cast<float>(kLampRays) : sum;
 }
 
+LightRays::Arriving LightRays::arriving(const PlacedLight& lamp, const glm::vec3& at) const {
+    glm::vec3 towards(lamp.toLight);
+    Arriving light{.perSquareMetre = 1.0f};
+    if (lamp.kind != LightKind::directional) {
+        const glm::vec3 way = glm::vec3(lamp.position) - at;
+        light.distance = std::max(glm::length(way), 1e-6f);
+        towards = way / light.distance;
+        light.perSquareMetre = 1.0f / std::max(light.distance * light.distance, 1e-4f);
+        if (lamp.range > 0.0f) {
+            const float r = std::min(light.distance / lamp.range, 1.0f);
+            light.perSquareMetre *= 1.0f - r * r * r * r;
+        }
+        if (lamp.kind == LightKind::spot) {
+            const float width = std::max(lamp.cosInner - lamp.cosOuter, 1e-3f);
+            const float in =
+                std::clamp((glm::dot(lamp.toLight, towards) - lamp.cosOuter) / width, 0.0f, 1.0f);
+            light.perSquareMetre *= in * in;
+        }
+    }
+    light.along = glm::vec3(input_.mapFromWorld * glm::dvec3(towards));
+    return light;
+}
+
 glm::vec3 LightRays::lampsAt(const Receiver& point, float side) const {
     glm::vec3 sum(0.0f);
     const glm::vec3 start = startOf(point, side);
-    for (const PlacedLight& lamp : input_.lights) {
-        glm::vec3 towards(lamp.toLight);
-        float distance = 1e30f, falloff = 1.0f;
-        if (lamp.kind != LightKind::directional) {
-            const glm::vec3 way = glm::vec3(lamp.position - triangles_.origin) - start;
-            distance = std::max(glm::length(way), 1e-6f);
-            towards = way / distance;
-            falloff = 1.0f / std::max(distance * distance, 1e-4f);
-            if (lamp.range > 0.0f) {
-                const float r = std::min(distance / lamp.range, 1.0f);
-                falloff *= 1.0f - r * r * r * r;
-            }
-            if (lamp.kind == LightKind::spot) {
-                const float width = std::max(lamp.cosInner - lamp.cosOuter, 1e-3f);
-                const float in = std::clamp(
-                    (glm::dot(lamp.toLight, towards) - lamp.cosOuter) / width, 0.0f, 1.0f);
-                falloff *= in * in;
-            }
-        }
-        const glm::vec3 along(input_.mapFromWorld * glm::dvec3(towards));
-        const float cosine = side * glm::dot(point.normal, along);
-        if (!(cosine > 0.0f) || !(falloff > 0.0f)) continue;
-        const glm::vec3 arriving = shareOf(lamp, start, along, distance);
-        sum += lamp.intensity * arriving * (falloff * cosine / kPi);
+    for (const PlacedLight& lamp : lamps_) {
+        const Arriving light = arriving(lamp, start);
+        const float cosine = side * glm::dot(point.normal, light.along);
+        if (!(cosine > 0.0f) || !(light.perSquareMetre > 0.0f)) continue;
+        const glm::vec3 share = shareOf(lamp, start, light.along, light.distance);
+        sum += lamp.intensity * share * (light.perSquareMetre * cosine / kPi);
     }
     return sum;
+}
+
+// arrives(along): whether light from this direction counts; add(along, irradiance): of a surface
+// that faces it.
+template <class Arrives, class Add>
+void LightRays::addThrown(const glm::vec3& start, const Arrives& arrives, const Add& add) const {
+    for (const PlacedLight& lamp : lamps_) {
+        for (std::size_t k = 0; k < mirrors_.size(); ++k) {
+            if (!mirrors_[k].shows(lamp, glm::dvec3(start))) continue;
+            const Arriving light = arriving(mirrors_[k].imageOf(lamp), start);
+            if (!(light.perSquareMetre > 0.0f) || !arrives(light.along)) continue;
+            const glm::vec3 world = inWorld(light.along);
+            rays::TriangleHit hit;
+            if (!tree_.nearestHit(&start.x, &world.x, hit) || faces_[hit.place].mirror != k) {
+                continue;
+            }
+            const Bounce bounce = bounceAt(faces_[hit.place], start + hit.distance * world, world);
+            const glm::vec3 share =
+                shareOf(lamp, bounce.start, bounce.along, light.distance - hit.distance);
+            add(light.along, lamp.intensity * bounce.share * share * light.perSquareMetre);
+        }
+    }
+}
+
+LightRays::Thrown LightRays::thrownAt(const Receiver& point, float side) const {
+    Thrown sum;
+    const auto cosineOf = [&](const glm::vec3& along) {
+        return side * glm::dot(point.normal, along);
+    };
+    addThrown(
+        startOf(point, side), [&](const glm::vec3& along) { return cosineOf(along) > 0.0f; },
+        [&](const glm::vec3& along, const glm::vec3& irradiance) {
+            const glm::vec3 light = irradiance * (cosineOf(along) / kPi);
+            sum.light += light;
+            const glm::vec3 whole = light / std::max(cosineOf(along), 0.15f);
+            sum.whole += whole;
+            sum.flux += luminance(whole) * along;
+        });
+    return sum;
+}
+
+LightRays::Bounce LightRays::bounceAt(const Face& face, const glm::vec3& at,
+                                      const glm::vec3& world) const {
+    const FlatMirror& mirror = mirrors_[face.mirror];
+    const glm::vec3 normal(mirror.plane.normal);
+    const float facing = glm::dot(normal, world);
+    const float grazing = std::pow(std::max(1.0f - std::abs(facing), 0.0f), 5.0f);
+    return {.start = at + normal * std::copysign(offset_, -facing),
+            .along = glm::vec3(input_.mapFromWorld * glm::dvec3(mirror.turned(world))),
+            .share = glm::mix(face.albedo, glm::vec3(1.0f), grazing)};  // Schlick 1994
+}
+
+LightRays::Seen LightRays::lookInMirror(const Face& face, const glm::vec3& at,
+                                        const glm::vec3& world, int mirrors) const {
+    count_.fetch_add(1, std::memory_order_relaxed);
+    const Bounce bounce = bounceAt(face, at, world);
+    const Seen there = look(bounce.start, bounce.along, -1.0f, mirrors);
+    Seen seen{.met = true, .light = bounce.share * there.light};
+    seen.emitted = bounce.share * there.emitted;
+    if (!there.met) {
+        seen.emitted +=
+            bounce.share * there.share * sky_.radiance(bounce.along) * input_.environmentIntensity;
+    }
+    return seen;
 }
 
 // Weight of a ray that meets an emitter at random against those that are sent to it (balance
@@ -161,14 +233,17 @@ const Face* LightRays::plainFace(const rays::TriangleHit& hit, const glm::vec3& 
 
 // The light along a ray. cosine: between it and the normal of the surface that it leaves; below 0
 // if it leaves none, and no other rays are sent to emitters.
-LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along,
-                                float cosine) const {
+LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along, float cosine,
+                                int mirrors) const {
     const glm::vec3 world = inWorld(along);
     rays::TriangleHit hit;
     if (!tree_.nearestHit(&start.x, &world.x, hit)) return {};
     if (const Face* const face = plainFace(hit, world)) {
         if (face->ofBody && glm::dot(face->normal, world) > 0.0f) {
             return {.met = true, .begins = false};
+        }
+        if (face->mirror != kNoMirror && mirrors > 0) {
+            return lookInMirror(*face, start + hit.distance * world, world, mirrors - 1);
         }
         const BvhTriangle& t = tree_.triangle(hit.place);
         const std::uint32_t* corners =
@@ -235,6 +310,8 @@ void LightRays::gather(const Receiver& point, std::uint32_t place, int side, std
         sum.bounces += seen.light;
         sum.bounceFlux += luminance(seen.light) * perCosine * along;
         sum.emittersMet += seen.emitted;
+        sum.metLight += seen.emitted * perCosine;
+        sum.metFlux += luminance(seen.emitted) * perCosine * along;
     }
     count_.fetch_add(quality_.rays, std::memory_order_relaxed);
     if (quality_.skyRays > 0) sampleSky(point, place, side, round, sum);
@@ -325,6 +402,7 @@ void LightRays::sampleEmitters(const Receiver& point, std::uint32_t place, int s
         const glm::vec3 light =
             hit.share * hit.emitted * (weight / (std::max(perSteradian, 1e-20f) * kPi));
         sum.emitters += light * cosine;
+        sum.emitterLight += light;
         sum.emitterShare += cosine / (std::max(perSteradian, 1e-20f) * kPi);
         sum.emitterFlux += luminance(light) * along;
     }
@@ -356,6 +434,14 @@ std::optional<LightAtVertex> LightRays::lightAround(const glm::vec3& point) cons
         moment += luminance(light) * along;
     }
     if (behind > kMaxBehind * kRays) return std::nullopt;
+    addThrown(
+        point, [](const glm::vec3&) { return true; },
+        [&](const glm::vec3& along, const glm::vec3& irradiance) {
+            const glm::vec3 light = irradiance * (kRays / (4.0f * kPi));
+            mean += light;
+            met += light;
+            moment += luminance(light) * along;
+        });
     // Radiance a + b w, of which a surface with the normal n receives pi (a + 2/3 b n); b is three
     // times the mean of radiance times direction.
     const float perRay = 1.0f / kRays, share = visible * perRay;

@@ -58,6 +58,11 @@ public:
     float clearanceAbove(const Receiver& point) const;
     // Irradiance over pi of the punctual lights. side: 1 or -1.
     glm::vec3 lampsAt(const Receiver& point, float side) const;
+    // The same of what flat mirrors throw, and as EmittersAtVertex.
+    struct Thrown {
+        glm::vec3 light{0.0f}, whole{0.0f}, flux{0.0f};
+    };
+    Thrown thrownAt(const Receiver& point, float side) const;
     // Adds a round of rays: with the density of cosines, towards emitters, and under an uneven map
     // with the density of its light. place: its number, from which the rays follow.
     void gather(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
@@ -69,13 +74,32 @@ public:
     std::uint64_t bytes() const { return faces_.size() * sizeof(Face) + tree_.bytes(); }
 
 private:
+    static constexpr int kMaxReflections = 4;
     // What a ray meets.
     struct Seen {
         bool met = false, begins = true;
         glm::vec3 light{0.0f}, share{1.0f};
         glm::vec3 emitted{0.0f};  // times the weight of rays that meet emitters at random
     };
-    Seen look(const glm::vec3& start, const glm::vec3& along, float cosine) const;
+    // mirrors: that the ray may meet.
+    Seen look(const glm::vec3& start, const glm::vec3& along, float cosine,
+              int mirrors = kMaxReflections) const;
+    // A ray of the world's axes after its reflection by the mirror of a face.
+    struct Bounce {
+        glm::vec3 start{0.0f}, along{0.0f};  // along: axes of the map
+        glm::vec3 share{0.0f};
+    };
+    template <class Arrives, class Add>
+    void addThrown(const glm::vec3& start, const Arrives& arrives, const Add& add) const;
+    Bounce bounceAt(const Face& face, const glm::vec3& at, const glm::vec3& world) const;
+    Seen lookInMirror(const Face& face, const glm::vec3& at, const glm::vec3& world,
+                      int mirrors) const;
+    // Light of a lamp that arrives without shadows, and where from.
+    struct Arriving {
+        glm::vec3 along{0.0f};  // axes of the map
+        float distance = 1e30f, perSquareMetre = 0.0f;
+    };
+    Arriving arriving(const PlacedLight& lamp, const glm::vec3& at) const;
     // The face of a hit, if the ray can meet nothing else; null if it may pass the face, which
     // PathTracer::surfaceAlong() finds out. world: the ray's direction, axes of the world.
     const Face* plainFace(const rays::TriangleHit& hit, const glm::vec3& world) const;
@@ -100,6 +124,9 @@ private:
     std::optional<rays::PathTracer> tracer_;
     float offset_ = 0.0f;  // of ray starts, metres
     std::vector<Face> faces_;
+    // Relative to the origin.
+    std::vector<PlacedLight> lamps_;
+    std::vector<FlatMirror> mirrors_;
     std::vector<Emitter> emitters_;
     const Places* places_ = nullptr;
     const Radiosity* radiosity_ = nullptr;

@@ -76,6 +76,7 @@ SurfaceLight openLight(const OpenLightInput& input) {
         }
     }
     light.values.shrink_to_fit();
+    if (input.emitters) light.emitters.resize(light.values.size());
     return light;
 }
 

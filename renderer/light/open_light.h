@@ -24,6 +24,7 @@ struct OpenLightInput {
     const EnvironmentMap& environment;
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
+    bool emitters = false;  // as BakeInput::emitters
     std::uint64_t key = 0;  // of the light that will follow
 };
 // Revision 0. At vertices the irradiance is that of the nine harmonics of the map.

@@ -1,6 +1,8 @@
 // What rays from one side of a place have brought, round by round, and the bounces that follow.
 #pragma once
 
+#include "light/surface_light.h"
+
 #include <glm/glm.hpp>
 
 #include <cstdint>
@@ -19,6 +21,11 @@ struct RaySums {
     float visible = 0.0f;     // share of the environment
     glm::vec3 towards{0.0f};  // that times the direction
     float behind = 0.0f;      // rays that began behind a surface
+    // Of lamps by way of flat mirrors: irradiance over pi, and luminance as in openFlux.
+    glm::vec3 thrown{0.0f}, thrownFlux{0.0f};
+    // For specular lobes, as EmittersAtVertex: of emitters that rays met, with their flux, of
+    // emitters that rays were sent to, and of lamps in mirrors.
+    glm::vec3 metLight{0.0f}, metFlux{0.0f}, emitterLight{0.0f}, thrownLight{0.0f};
     // Light from other surfaces: later rounds know more of it, so that earlier ones count less.
     float bounceCount = 0.0f;
     glm::vec3 bounces{0.0f};
@@ -32,11 +39,12 @@ struct RaySums {
     void forgetBounces(float factor);
     // Irradiance over pi of the environment.
     glm::vec3 fromSky() const;
-    // From the environment and emitters, and from other surfaces.
+    // From the environment, emitters and lamps in mirrors, and from other surfaces.
     glm::vec3 direct() const;
     glm::vec3 bounced() const;
     // The share of the environment by direction, as LightAtVertex::visible.
     glm::vec4 visibleFrom(const glm::vec3& normal) const;
+    EmittersAtVertex ofEmitters() const;
     // bounceScale: see BounceSeries.
     glm::vec3 flux(const glm::vec3& bounceScale) const;
 };

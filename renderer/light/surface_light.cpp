@@ -33,6 +33,16 @@ LightAtVertex unpacked(const LightValue& value) {
             .sides = h[7]};
 }
 
+EmittersValue packed(const EmittersAtVertex& e) {
+    return {{pair(e.light.r, e.light.g), pair(e.light.b, e.flux.x), pair(e.flux.y, e.flux.z), 0u}};
+}
+
+EmittersAtVertex unpacked(const EmittersValue& value) {
+    glm::vec2 h[3];
+    for (int i = 0; i < 3; ++i) h[i] = glm::unpackHalf2x16(value.halves[i]);
+    return {.light = {h[0].x, h[0].y, h[1].x}, .flux = {h[1].y, h[2].x, h[2].y}};
+}
+
 LightAtVertex ofBothSides(const SideLight& front, const SideLight& back, const glm::vec3& normal,
                           const glm::vec3& nearby) {
     const glm::vec3 ahead(front.visible);

@@ -53,6 +53,20 @@ LightAtVertex ofBothSides(const SideLight& front, const SideLight& back, const g
 LightValue packed(const LightAtVertex& light);
 LightAtVertex unpacked(const LightValue& value);
 
+// Light of emissive surfaces and of lamps in flat mirrors, for specular lobes. Emitters that fill a
+// large part of the directions are in `nearby` instead. Of a two-sided surface that of its brighter
+// side.
+struct EmittersAtVertex {
+    glm::vec3 light{0.0f};  // integral of the radiance over directions, over pi
+    glm::vec3 flux{0.0f};   // the same of luminance times direction
+};
+struct EmittersValue {
+    std::uint32_t halves[4] = {};
+};
+static_assert(sizeof(EmittersValue) == 16);
+EmittersValue packed(const EmittersAtVertex& emitters);
+EmittersAtVertex unpacked(const EmittersValue& value);
+
 // Entries of SurfaceLight::firstOfInstance from kNoLight on are one value for all vertices of an
 // instance.
 inline constexpr std::int32_t kNoLight = INT32_MIN;  // values[0]
@@ -93,7 +107,8 @@ struct SurfaceLight {
     std::vector<std::int32_t> firstOfInstance;
     std::vector<std::uint32_t> moving;
     std::vector<LightValue> values;
-    LightGrid grid;  // empty if nothing moves
+    std::vector<EmittersValue> emitters;  // as many, or none without emitters
+    LightGrid grid;                       // empty if nothing moves
 };
 
 // The values of SurfaceLight::moving in a pose of its scene: those of the grid at the centres of

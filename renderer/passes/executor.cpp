@@ -51,6 +51,19 @@ void dropDriverReferences(PassResources& resources) {
     }
 }
 
+// As surface_light_sampler.glsl reads them.
+struct ValueWithEmitters {
+    light::LightValue value;
+    light::EmittersValue emitters;
+};
+std::vector<ValueWithEmitters> withEmitters(std::span<const light::LightValue> values,
+                                            std::span<const light::EmittersValue> emitters) {
+    std::vector<ValueWithEmitters> both;
+    both.reserve(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) both.push_back({values[i], emitters[i]});
+    return both;
+}
+
 }  // namespace
 
 void Executor::upload(const std::shared_ptr<const Scene>& scene,
@@ -105,7 +118,12 @@ const gl::BufferTexture& Executor::uploaded(
     forgetOutdatedLights();
     lights_.emplace_front();
     lights_.front().light = light;
-    lights_.front().values.assign(std::as_bytes(std::span(light->values)));
+    if (light->emitters.empty()) {
+        lights_.front().values.assign(std::as_bytes(std::span(light->values)));
+    } else {
+        const std::vector<ValueWithEmitters> all = withEmitters(light->values, light->emitters);
+        lights_.front().values.assign(std::as_bytes(std::span(all)));
+    }
     if (lights_.size() > kMaxSurfaceLights) lights_.pop_back();
     return lights_.front().texture;
 }
@@ -116,8 +134,14 @@ void Executor::moveLight(const ExecutionInput& frame) {
     if (!frame.surfaceLight || frame.surfaceLight->moving.empty()) return;
     movingLight_ = light::lightOfMoving(*frame.surfaceLight, frame.pose);
     uploaded(frame.surfaceLight);
-    lights_.front().values.replace(sizeof(light::LightValue),
-                                   std::as_bytes(std::span(movingLight_)));
+    gl::Buffer& values = lights_.front().values;
+    const std::span<const light::EmittersValue> emitters = frame.surfaceLight->emitters;
+    if (emitters.empty()) {
+        values.replace(sizeof(light::LightValue), std::as_bytes(std::span(movingLight_)));
+    } else {
+        const auto moving = withEmitters(movingLight_, emitters.subspan(1));
+        values.replace(sizeof(ValueWithEmitters), std::as_bytes(std::span(moving)));
+    }
 }
 
 void Executor::addTables(const ExecutionInput& input, light::BakeInput& bake) {

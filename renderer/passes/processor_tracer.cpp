@@ -152,7 +152,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
                                 const light::SurfaceLight* surfaceLight,
                                 std::span<const light::LightValue> movingLight) {
     const View& view = work.view;
-    std::span<const std::uint32_t> values;
+    std::span<const std::uint32_t> values, emitters;
     if (surfaceLight) {
         std::span<const light::LightValue> all = surfaceLight->values;
         if (!movingLight.empty()) {
@@ -161,6 +161,9 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
             all = lightValues_;
         }
         values = {all.front().halves, 8 * all.size()};
+        if (plan.emitters && !surfaceLight->emitters.empty()) {
+            emitters = {surfaceLight->emitters.front().halves, 4 * surfaceLight->emitters.size()};
+        }
     }
     rays::Surroundings around = sceneAround(plan, draws, environment);
     around.eye = glm::vec3(view.eye - origin_);
@@ -170,6 +173,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
     around.worldFromEye = glm::mat3(glm::transpose(plan.mapFromWorld));
     around.bounces = rays_.bounces;
     around.surfaceLight = values;
+    around.emitters = emitters;
     around.shadows = shadows != nullptr;
     around.shadowMap = shadows && !rays_.shadowRays ? &shadowMapOf(*shadows, tints) : nullptr;
     around.shadowSamples = shadows ? plan.shadowSamples : 0;

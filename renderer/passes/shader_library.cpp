@@ -129,7 +129,7 @@ std::string shaderSource(const std::string& file, Features features, int variant
 }
 
 const gl::VertexShader& ShaderLibrary::vertexShader(const std::string& file, std::uint32_t view) {
-    const auto key = std::pair(file, view & VIEW_SURFACE_LIGHT);
+    const auto key = std::pair(file, view & (VIEW_SURFACE_LIGHT | VIEW_EMITTERS));
     const auto found = vertexShaders_.find(key);
     if (found != vertexShaders_.end()) return found->second;
     return vertexShaders_.emplace(key, gl::VertexShader(file, shaderSource(file, 0, 0, key.second)))

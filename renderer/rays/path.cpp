@@ -34,10 +34,12 @@ shader::Scene sceneOf(const Surroundings& s) {
     scene.layers = static_cast<std::uint32_t>(s.hitFeatures >> 32);
     scene.viewBits =
         (s.surfaceLight.empty() ? 0u : shader::VIEW_SURFACE_LIGHT) |
+        (s.emitters.empty() ? 0u : shader::VIEW_EMITTERS) |
         (s.shadows ? shader::VIEW_SHADOWS : 0u) |
         (s.shadowSamples > 0 ? shader::VIEW_SHADOWS_SOFT : 0u) |
         (s.shadowMap && !s.shadowMap->tints.empty() ? shader::VIEW_SHADOWS_TINTED : 0u);
     scene.surfaceLight = {s.surfaceLight.data()};
+    scene.emitters = {s.emitters.data()};
     scene.triangles = {&s.tree};
     scene.vertices = {s.vertices.empty() ? nullptr : &s.vertices.front().position.x};
     scene.indices = {s.indices.data()};

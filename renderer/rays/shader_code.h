@@ -84,6 +84,11 @@ float iorOfPath(float ior, float amount);
 vec3 facetAt(vec3 normal, vec3 along, float alpha);
 vec3 beyondPane(vec3 along, float lobe);
 vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first);
+uvec4 surfaceLightRow(int value, int row) {
+    return row < SURFACE_LIGHT_ROWS
+               ? texelFetch(scene->surfaceLight, SURFACE_LIGHT_ROWS * value + row)
+               : texelFetch(scene->emitters, value);
+}
 float lobeOfPath(float lobe) {
     return lobe * scatter.narrow;
 }
@@ -94,7 +99,6 @@ float lobeOfPath(float lobe) {
 #define HIT_LAYERS (scene->layers)
 #define SHADED_LAYERS (scene->layers)
 #define VIEW (scene->viewBits)
-#define surfaceLight (scene->surfaceLight)
 #define traceTriangles (scene->triangles)
 #define traceVertices (scene->vertices)
 #define traceIndices (scene->indices)
@@ -137,7 +141,6 @@ vec3 eyeAxesOf(vec3 world) {
 #undef IN
 #undef view
 #undef tracing
-#undef surfaceLight
 #undef shadowMap
 #undef shadowDepths
 #undef shadowTints

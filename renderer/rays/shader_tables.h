@@ -64,7 +64,7 @@ struct Scene {
     std::uint32_t features;
     std::uint32_t layers;
     std::uint32_t viewBits;
-    Quads surfaceLight;
+    Quads surfaceLight, emitters;
     Triangles triangles;
     Pairs vertices;
     Integers indices;

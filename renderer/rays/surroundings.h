@@ -39,7 +39,8 @@ struct Surroundings {
     // Values of light at vertices (light/surface_light.h), SURFACE_LIGHT_ROWS of four integers
     // each; empty: the environment lights all surfaces.
     std::span<const std::uint32_t> surfaceLight = {};
-    bool shadows = false;  // surfaces hide lights
+    std::span<const std::uint32_t> emitters = {};  // of each value four integers more, or none
+    bool shadows = false;                          // surfaces hide lights
     // What the lights see; null: rays that look to the lights find what hides them.
     const ShadowMap* shadowMap = nullptr;
     std::uint32_t shadowSamples = 0;  // of the disc of a light that has a radius

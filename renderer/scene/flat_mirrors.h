@@ -64,8 +64,8 @@ private:
 
 inline constexpr std::size_t kMaxFlatMirrors = 16;
 
-// Metals in one plane without bumps or layers, of roughness 0.1 at most, so that an image stands
-// for the lobe. Largest first, at most kMaxFlatMirrors. surfaces: surfacesOf() the scene.
+// Metals in one plane without bumps or layers, of roughness 0.1 at most, so that an image has
+// the light of the lobe. Largest first, at most kMaxFlatMirrors. surfaces: surfacesOf() the scene.
 std::vector<FlatMirror> flatMirrors(const Scene& scene, const Pose& pose,
                                     const MaterialBindings& materials,
                                     const std::vector<Surface>& surfaces);

@@ -144,8 +144,11 @@ float unitsPerMetre(vec2 a, vec2 b, vec2 c, float twiceArea) {
 }
 
 SurfaceLight lightOfValue(int value) {
-    return surfaceLightOf(texelFetch(surfaceLight, SURFACE_LIGHT_ROWS * value),
-                          texelFetch(surfaceLight, SURFACE_LIGHT_ROWS * value + 1));
+    SurfaceLight light = surfaceLightOf(surfaceLightRow(value, 0), surfaceLightRow(value, 1));
+    if (viewHas(VIEW_EMITTERS)) {
+        light = withEmitters(light, surfaceLightRow(value, SURFACE_LIGHT_ROWS));
+    }
+    return light;
 }
 
 // Of an instance whose values begin at `first`.
@@ -159,6 +162,9 @@ SurfaceLight lightAtHit(float first, int a, int b, int c, vec3 weights) {
     light.visible = la.visible * weights.x + lb.visible * weights.y + lc.visible * weights.z;
     light.nearby = la.nearby * weights.x + lb.nearby * weights.y + lc.nearby * weights.z;
     light.sides = la.sides * weights.x + lb.sides * weights.y + lc.sides * weights.z;
+    light.emitted = la.emitted * weights.x + lb.emitted * weights.y + lc.emitted * weights.z;
+    light.emittedFlux =
+        la.emittedFlux * weights.x + lb.emittedFlux * weights.y + lc.emittedFlux * weights.z;
     return light;
 }
 

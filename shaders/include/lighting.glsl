@@ -419,6 +419,37 @@ vec3 underCoat(IN(Surface) s, vec3 base) {
     return base;
 }
 
+// What specular lobes and layers reflect of emissive surfaces, which have the same direction as one lamp
+// and make the lobe wider by their extent: a cone of half angle t has a mean of directions of length
+// r = (1 + cos t) / 2, and its half vectors are a disc of slopes with the squared radius
+// tan(t / 2)^2 = (1 - r) / r. In the middle of a disc the mean of the lobe has the density of one whose
+// squared alpha is greater by that.
+vec3 emittersLight(IN(Surface) s) {
+    vec3 sum = vec3(0.0f);
+    if (viewHas(VIEW_EMITTERS)) {
+        float gathered = length(s.light.emittedFlux);
+        float light = dot(s.light.emitted, vec3(0.2126f, 0.7152f, 0.0722f));
+        float r = clamp(gathered / max(light, 1e-20f), 0.25f, 1.0f);
+        vec3 toLight = s.light.emittedFlux / max(gathered, 1e-20f);
+        float nDotL = dot(s.normal, toLight);
+        if (nDotL > 0.0f && light > 0.0f) {
+            float extent = (1.0f - r) / r;
+            Surface wide = s;
+            wide.averages = false;
+            wide.diffuse = vec3(0.0f);
+            wide.layers.through = vec3(0.0f);
+            wide.alphaSquared = min(s.alphaSquared + extent, 1.0f);
+            wide.masking = sqrt(wide.alphaSquared + (1.0f - wide.alphaSquared) * s.nDotV * s.nDotV);
+            if (shades(LAYER_CLEARCOAT)) {
+                float alpha = clearcoatAlpha(s.layers);
+                wide.layers.clearcoatRoughness = pow(min(alpha * alpha + extent, 1.0f), 0.25f);
+            }
+            sum = kPi * r * s.light.emitted * evalDirectLight(wide, toLight, nDotL);
+        }
+    }
+    return sum;
+}
+
 RoundLobe lobeOfCoat(IN(Surface) s) {
     vec3 n = s.layers.clearcoatNormal;
     float roughness = s.layers.clearcoatRoughness;

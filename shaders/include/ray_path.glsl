@@ -135,6 +135,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
                     own = (1.0f - clarity) * environmentLight(unclear, around);
                 } else {
                     own = environmentLight(s, around) * m.occlusion;
+                    if (!mirror) own += emittersLight(s);
                 }
             }
             if (hitHas(FEATURE_LIGHTS)) {

@@ -10,6 +10,10 @@ struct SurfaceLight {
     vec4 visible;     // share of the environment from a direction; see gatheredFrom()
     vec3 nearby;      // mean radiance of what hides the environment
     vec2 sides;       // of a two-sided surface; see lightOnSide()
+    // If VIEW_EMITTERS, of emissive surfaces: the integral of the radiance over directions, over pi,
+    // and that of luminance times direction.
+    vec3 emitted;
+    vec3 emittedFlux;
 };
 
 // The value of a vertex of an instance whose values begin at `first`. With a half added it is that of
@@ -33,6 +37,17 @@ SurfaceLight surfaceLightOf(uvec4 first, uvec4 second) {
     light.nearby = vec3(b.y, c.x, c.y);
     light.visible = vec4(f.y, g.x, g.y, d.x);
     light.turned = vec4(e.x, e.y, f.x, d.y);
+    light.emitted = vec3(0.0f);
+    light.emittedFlux = vec3(0.0f);
+    return light;
+}
+
+SurfaceLight withEmitters(SurfaceLight light, uvec4 emitters) {
+    vec2 a = unpackHalf2x16(emitters.x);
+    vec2 b = unpackHalf2x16(emitters.y);
+    vec2 c = unpackHalf2x16(emitters.z);
+    light.emitted = vec3(a.x, a.y, b.x);
+    light.emittedFlux = vec3(b.y, c.x, c.y);
     return light;
 }
 

@@ -16,6 +16,9 @@ centroid VARYING vec4 lightTurned;
 centroid VARYING vec4 lightVisible;
 centroid VARYING vec3 lightNearby;
 centroid VARYING vec2 lightSides;
+// If VIEW_EMITTERS:
+centroid VARYING vec3 lightEmitted;
+centroid VARYING vec3 lightEmittedFlux;
 flat VARYING float modelScale;  // metres for each unit of the mesh's space
 // First light; number of lights, with a half added if the mesh has no colours; object id or what it
 // is seen as.

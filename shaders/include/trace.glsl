@@ -1,8 +1,7 @@
 // Rays through the scene's triangles: traversal of the hierarchy of renderer/scene/bvh.h.
 // Positions are relative to its origin, in the world's axes. After block_macros.glsl.
 
-// Values of light at vertices; only views with VIEW_SURFACE_LIGHT read it.
-layout(binding = UNIT_SURFACE_LIGHT) uniform usamplerBuffer surfaceLight;
+#include "include/surface_light_sampler.glsl"
 layout(binding = UNIT_TRACE_NODES) uniform samplerBuffer traceNodes;
 layout(binding = UNIT_TRACE_TRIANGLES) uniform samplerBuffer traceTriangles;
 layout(binding = UNIT_TRACE_VERTICES) uniform samplerBuffer traceVertices;  // two floats each

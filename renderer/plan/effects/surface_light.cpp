@@ -33,8 +33,7 @@ std::string reasonWithout(const FrameContext& context, const LightInputs& inputs
         return "no surface is lit";
     }
     const bool sky = inputs.environmentIntensity * context.environment.meanRadiance > 0.0f;
-    const bool emitters = inputs.emission && anyMaterial(context.scene, inputs.materials, emits);
-    if (!sky && !emitters && inputs.lights.empty()) return "there is no light source";
+    if (!sky && !inputs.emitters && inputs.lights.empty()) return "there is no light source";
     return {};
 }
 
@@ -68,6 +67,7 @@ LightInputs lightInputs(const FrameContext& context, const FrameRequest& request
         .mapFromWorld = settings.mapFromWorld,
         .environmentIntensity = settings.environmentIntensity,
         .emission = settings.effects.emission};
+    inputs.emitters = inputs.emission && anyMaterial(context.scene, inputs.materials, emits);
     setStillLights(context, request, settings, inputs);
     ContentHash hash;
     hash.add(context.scene.contentHash);
@@ -103,6 +103,7 @@ void planSurfaceLight(FramePlan& plan, const FrameContext& context, const FrameR
         return skip(inputs.unneeded);
     }
     plan.surfaceLight = context.surfaceLight;
+    plan.emitters = inputs.emitters;
     plan.light = context.light;
     if (inputs.movingLights > 0) {
         skip(std::to_string(inputs.movingLights) +

@@ -28,6 +28,7 @@ struct LightInputs {
     glm::dmat3 mapFromWorld{1.0};
     float environmentIntensity = 1.0f;
     bool emission = true;
+    bool emitters = false;   // surfaces emit
     std::uint64_t hash = 0;  // of everything, the scene and the map included
     // Why surfaces would show the same without it, without a full stop; else empty.
     std::string unneeded;

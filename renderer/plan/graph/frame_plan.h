@@ -58,6 +58,7 @@ struct FramePlan {
     std::optional<FrameLens> lens;       // none: one matrix projects the frame
     std::optional<RayScene> rays;        // see planRays()
     std::uint64_t surfaceLight = 0;      // identifies the light at vertices; 0: the environment's
+    bool emitters = false;               // that light has what emissive surfaces add to highlights
     std::optional<LightProgress> light;  // Effects::indirectLight
     TargetId shadowMap = kNoTarget;      // that every pass with lit surfaces reads; see LightShadow
     TargetId shadowTints = kNoTarget;    // half as large, if something lets light through
