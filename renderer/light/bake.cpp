@@ -278,14 +278,7 @@ void Bake::work(std::uint32_t first, std::uint32_t end) {
     for (std::uint32_t i = first; i < end; ++i) {
         const Receiver& point = s.pointOf(i);
         for (int side = 0; side < (point.twoSided ? 2 : 1); ++side) {
-            if (s.round == 0) {
-                const float sign = side == 0 ? 1.0f : -1.0f;
-                s.lamps[side][i] = s.rays.lampsAt(point, sign);
-                const LightRays::Thrown thrown = s.rays.thrownAt(point, sign);
-                s.sums[side][i].thrown = thrown.light;
-                s.sums[side][i].thrownLight = thrown.whole;
-                s.sums[side][i].thrownFlux = thrown.flux;
-            }
+            if (s.round == 0) s.lamps[side][i] = s.rays.lampsAt(point, side == 0 ? 1.0f : -1.0f);
             s.rays.gather(point, i, side, s.round, s.sums[side][i]);
         }
     }

@@ -155,7 +155,7 @@ glm::vec3 LightRays::lampsAt(const Receiver& point, float side) const {
 // arrives(along): whether light from this direction counts; add(along, irradiance): of a surface
 // that faces it.
 template <class Arrives, class Add>
-void LightRays::addThrown(const glm::vec3& start, const Arrives& arrives, const Add& add) const {
+void LightRays::eachThrown(const glm::vec3& start, const Arrives& arrives, const Add& add) const {
     for (const PlacedLight& lamp : lamps_) {
         for (std::size_t k = 0; k < mirrors_.size(); ++k) {
             if (!mirrors_[k].shows(lamp, glm::dvec3(start))) continue;
@@ -174,21 +174,22 @@ void LightRays::addThrown(const glm::vec3& start, const Arrives& arrives, const 
     }
 }
 
-LightRays::Thrown LightRays::thrownAt(const Receiver& point, float side) const {
-    Thrown sum;
+// Of lamps that flat mirrors show to a place, as often as rays with the density of cosines.
+void LightRays::addThrown(const Receiver& point, float side, RaySums& sum) const {
     const auto cosineOf = [&](const glm::vec3& along) {
         return side * glm::dot(point.normal, along);
     };
-    addThrown(
+    eachThrown(
         startOf(point, side), [&](const glm::vec3& along) { return cosineOf(along) > 0.0f; },
         [&](const glm::vec3& along, const glm::vec3& irradiance) {
-            const glm::vec3 light = irradiance * (cosineOf(along) / kPi);
-            sum.light += light;
+            const glm::vec3 light =
+                irradiance * (cosineOf(along) / kPi * static_cast<float>(quality_.rays));
             const glm::vec3 whole = light / std::max(cosineOf(along), 0.15f);
-            sum.whole += whole;
-            sum.flux += luminance(whole) * along;
+            sum.emittersMet += light;
+            sum.openFlux += luminance(whole) * along;
+            sum.metLight += whole;
+            sum.metFlux += luminance(whole) * along;
         });
-    return sum;
 }
 
 LightRays::Bounce LightRays::bounceAt(const Face& face, const glm::vec3& at,
@@ -314,6 +315,7 @@ void LightRays::gather(const Receiver& point, std::uint32_t place, int side, std
         sum.metFlux += luminance(seen.emitted) * perCosine * along;
     }
     count_.fetch_add(quality_.rays, std::memory_order_relaxed);
+    addThrown(point, sign, sum);
     if (quality_.skyRays > 0) sampleSky(point, place, side, round, sum);
     if (!emitters_.empty()) sampleEmitters(point, place, side, round, sum);
 }
@@ -434,7 +436,7 @@ std::optional<LightAtVertex> LightRays::lightAround(const glm::vec3& point) cons
         moment += luminance(light) * along;
     }
     if (behind > kMaxBehind * kRays) return std::nullopt;
-    addThrown(
+    eachThrown(
         point, [](const glm::vec3&) { return true; },
         [&](const glm::vec3& along, const glm::vec3& irradiance) {
             const glm::vec3 light = irradiance * (kRays / (4.0f * kPi));

@@ -58,11 +58,6 @@ public:
     float clearanceAbove(const Receiver& point) const;
     // Irradiance over pi of the punctual lights. side: 1 or -1.
     glm::vec3 lampsAt(const Receiver& point, float side) const;
-    // The same of what flat mirrors throw, and as EmittersAtVertex.
-    struct Thrown {
-        glm::vec3 light{0.0f}, whole{0.0f}, flux{0.0f};
-    };
-    Thrown thrownAt(const Receiver& point, float side) const;
     // Adds a round of rays: with the density of cosines, towards emitters, and under an uneven map
     // with the density of its light. place: its number, from which the rays follow.
     void gather(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
@@ -90,7 +85,8 @@ private:
         glm::vec3 share{0.0f};
     };
     template <class Arrives, class Add>
-    void addThrown(const glm::vec3& start, const Arrives& arrives, const Add& add) const;
+    void eachThrown(const glm::vec3& start, const Arrives& arrives, const Add& add) const;
+    void addThrown(const Receiver& point, float side, RaySums& sum) const;
     Bounce bounceAt(const Face& face, const glm::vec3& at, const glm::vec3& world) const;
     Seen lookInMirror(const Face& face, const glm::vec3& at, const glm::vec3& world,
                       int mirrors) const;

@@ -23,7 +23,7 @@ glm::vec3 RaySums::fromSky() const {
 }
 
 glm::vec3 RaySums::direct() const {
-    return fromSky() + thrown + emittersMet / std::max(count, 1.0f) +
+    return fromSky() + emittersMet / std::max(count, 1.0f) +
            emitters / std::max(emitterCount, 1.0f);
 }
 
@@ -45,14 +45,14 @@ glm::vec4 RaySums::visibleFrom(const glm::vec3& normal) const {
 EmittersAtVertex RaySums::ofEmitters() const {
     const float perRay = 1.0f / std::max(count, 1.0f);
     const float perSent = 1.0f / std::max(emitterCount, 1.0f);
-    return {.light = metLight * perRay + emitterLight * perSent + thrownLight,
-            .flux = metFlux * perRay + emitterFlux * perSent + thrownFlux};
+    return {.light = metLight * perRay + emitterLight * perSent,
+            .flux = metFlux * perRay + emitterFlux * perSent};
 }
 
 glm::vec3 RaySums::flux(const glm::vec3& bounceScale) const {
     return openFlux / std::max(count, 1.0f) +
            bounceScale * bounceFlux / std::max(bounceCount, 1e-6f) +
-           emitterFlux / std::max(emitterCount, 1.0f) + thrownFlux;
+           emitterFlux / std::max(emitterCount, 1.0f);
 }
 
 float keptOfBounces(std::uint32_t round) {

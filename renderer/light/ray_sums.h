@@ -15,17 +15,15 @@ struct RaySums {
     glm::vec3 open{0.0f};         // radiance of the environment that arrives
     glm::vec3 hidden{0.0f};       // and that does not
     glm::vec3 wholeSky{0.0f};     // irradiance over pi if nothing hid it
-    glm::vec3 emittersMet{0.0f};  // of emitters that rays met, weighted
+    glm::vec3 emittersMet{0.0f};  // of emitters that rays met, weighted, and of lamps in mirrors
     glm::vec3 openFlux{0.0f};     // luminance of both times direction over cosine
     glm::vec3 directions{0.0f};
     float visible = 0.0f;     // share of the environment
     glm::vec3 towards{0.0f};  // that times the direction
     float behind = 0.0f;      // rays that began behind a surface
-    // Of lamps by way of flat mirrors: irradiance over pi, and luminance as in openFlux.
-    glm::vec3 thrown{0.0f}, thrownFlux{0.0f};
-    // For specular lobes, as EmittersAtVertex: of emitters that rays met, with their flux, of
-    // emitters that rays were sent to, and of lamps in mirrors.
-    glm::vec3 metLight{0.0f}, metFlux{0.0f}, emitterLight{0.0f}, thrownLight{0.0f};
+    // For specular lobes, as EmittersAtVertex: of emitters that rays met and of lamps in mirrors,
+    // with their flux, and of emitters that rays were sent to.
+    glm::vec3 metLight{0.0f}, metFlux{0.0f}, emitterLight{0.0f};
     // Light from other surfaces: later rounds know more of it, so that earlier ones count less.
     float bounceCount = 0.0f;
     glm::vec3 bounces{0.0f};
