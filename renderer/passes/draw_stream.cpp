@@ -22,6 +22,7 @@ void appendShadow(std::vector<glm::vec4>& rows, const PlacedLight& light, const 
                   const glm::dmat3& axesFromWorld) {
     const std::size_t first = rows.size();
     rows.resize(first + LIGHT_ROWS - 3, glm::vec4(0.0f));
+    rows[first + 6].x = light.radius;
     if (!light.shadow) return;
     const auto& [kind, tile, view] = *light.shadow;
     const bool six = kind == LightShadow::Kind::six;
@@ -31,8 +32,8 @@ void appendShadow(std::vector<glm::vec4>& rows, const PlacedLight& light, const 
     const auto texel = static_cast<float>(std::max(extent, other));
     rows[first] = {six ? 2.0f : 1.0f, view.orthographic ? 0.0f : texel,
                    view.orthographic ? texel : 0.0f, static_cast<float>(view.znear)};
-    rows[first + 6] = {light.radius, view.orthographic ? 1.0 / view.clipFromView[2][2] : 0.0, 0.0f,
-                       0.0f};
+    rows[first + 6].y =
+        view.orthographic ? static_cast<float>(1.0 / view.clipFromView[2][2]) : 0.0f;
     rows[first + 1] = {tile.x, tile.y, tile.width, 1.0f / static_cast<float>(tile.width)};
     if (six) return;
     glm::dmat4 worldFromEye{glm::transpose(axesFromWorld)};

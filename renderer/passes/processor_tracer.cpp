@@ -174,6 +174,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
     around.bounces = rays_.bounces;
     around.surfaceLight = values;
     around.emitters = emitters;
+    around.roundLamps = hasRoundLamp(plan.lights);
     around.shadows = shadows != nullptr;
     around.shadowMap = shadows && !rays_.shadowRays ? &shadowMapOf(*shadows, tints) : nullptr;
     around.shadowSamples = shadows ? plan.shadowSamples : 0;

@@ -35,7 +35,7 @@ shader::Scene sceneOf(const Surroundings& s) {
     scene.viewBits =
         (s.surfaceLight.empty() ? 0u : shader::VIEW_SURFACE_LIGHT) |
         (s.emitters.empty() ? 0u : shader::VIEW_EMITTERS) |
-        (s.shadows ? shader::VIEW_SHADOWS : 0u) |
+        (s.roundLamps ? shader::VIEW_ROUND_LAMPS : 0u) | (s.shadows ? shader::VIEW_SHADOWS : 0u) |
         (s.shadowSamples > 0 ? shader::VIEW_SHADOWS_SOFT : 0u) |
         (s.shadowMap && !s.shadowMap->tints.empty() ? shader::VIEW_SHADOWS_TINTED : 0u);
     scene.surfaceLight = {s.surfaceLight.data()};

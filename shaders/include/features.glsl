@@ -49,6 +49,7 @@ const uint VIEW_COVERAGE = 1u << 10;  // alpha is the share of a pixel that surf
 const uint VIEW_SHARED_PROGRAMS = 1u << 11;  // some meshes have no colours; see drawNumbers
 const uint VIEW_SURFACE_LIGHT = 1u << 4;  // vertices have light of their surroundings
 const uint VIEW_EMITTERS = 1u << 13;  // and light of emissive surfaces, for specular lobes
+const uint VIEW_ROUND_LAMPS = 1u << 14;  // a lamp has a radius, so that highlights show its disc
 const uint VIEW_SAMPLES = 1u << 12;  // pixels have several; see coveredPosition()
 #define viewHas(bit) ((VIEW & (bit)) != 0u)  // a macro as has() is
 

@@ -267,6 +267,33 @@ vec3 evalDirectLight(IN(Surface) s, vec3 toLight, float nDotL) {
     return sum;
 }
 
+// The surface for a light that fills a cone of half angle t. Its half vectors are a disc of slopes with
+// the squared radius `extent`, tan(t / 2)^2. In the middle of a disc the mean of the GGX lobe has the
+// density of one whose squared alpha is greater by that. Slopes that a pixel covers are added as such a
+// disc. No change for 0.
+Surface widened(IN(Surface) s, float extent) {
+    Surface wide = s;
+    if (extent > 0.0f) {
+        wide.averages = false;
+        wide.alphaSquared =
+            min(s.alphaSquared + extent + (s.averages ? s.covered.area : 0.0f), 1.0f);
+        wide.masking = sqrt(wide.alphaSquared + (1.0f - wide.alphaSquared) * s.nDotV * s.nDotV);
+        if (shades(LAYER_CLEARCOAT)) {
+            float alpha = clearcoatAlpha(s.layers);
+            float area = s.averages ? s.clearcoatCovered.area : 0.0f;
+            wide.layers.clearcoatRoughness = pow(min(alpha * alpha + extent + area, 1.0f), 0.25f);
+        }
+    }
+    return wide;
+}
+// For a lamp with a radius. metres: to it; 0: it has a direction.
+Surface facingDisc(IN(Surface) s, float metres, int first) {
+    if (!viewHas(VIEW_ROUND_LAMPS)) return s;
+    float radius = texelFetch(lightTable, first + 9).x;
+    float slope = 0.5f * radius / (metres > 0.0f ? max(metres, radius) : 1.0f);
+    return widened(s, slope * slope);
+}
+
 // Whether light from this direction can contribute: on the side of the eye, through the surface, or
 // by a coat with another normal.
 bool isLit(float nDotL) {
@@ -287,7 +314,7 @@ vec3 sunLight(IN(Surface) s, vec3 position, int first) {
         power *= shadowAt(position, s.shadowOffset * sideOf(s, nDotL), toLight, toLight, 0.0f,
                           first);
     }
-    return power * evalDirectLight(s, toLight, nDotL);
+    return power * evalDirectLight(facingDisc(s, 0.0f, first), toLight, nDotL);
 }
 
 // The unoccluded light of a lamp at a surface.
@@ -332,7 +359,7 @@ vec3 lampLight(IN(Surface) s, vec3 position, int first, bool limited) {
                               lamp.toLight, lamp.metres, first);
         }
         if (!viewHas(VIEW_SHADOWS) || maxComponent(light) > 0.0f) {
-            sum = light * evalDirectLight(s, lamp.toLight, lamp.nDotL);
+            sum = light * evalDirectLight(facingDisc(s, lamp.metres, first), lamp.toLight, lamp.nDotL);
         }
     }
     return sum;
@@ -419,11 +446,9 @@ vec3 underCoat(IN(Surface) s, vec3 base) {
     return base;
 }
 
-// What specular lobes and layers reflect of emissive surfaces, which have the same direction as one lamp
-// and make the lobe wider by their extent: a cone of half angle t has a mean of directions of length
-// r = (1 + cos t) / 2, and its half vectors are a disc of slopes with the squared radius
-// tan(t / 2)^2 = (1 - r) / r. In the middle of a disc the mean of the lobe has the density of one whose
-// squared alpha is greater by that.
+// What specular lobes and layers reflect of emissive surfaces: they are one lamp in their mean direction.
+// A cone of half angle t has a mean of directions of length r = (1 + cos t) / 2, and tan(t / 2)^2 is
+// (1 - r) / r.
 vec3 emittersLight(IN(Surface) s) {
     vec3 sum = vec3(0.0f);
     if (viewHas(VIEW_EMITTERS)) {
@@ -433,17 +458,9 @@ vec3 emittersLight(IN(Surface) s) {
         vec3 toLight = s.light.emittedFlux / max(gathered, 1e-20f);
         float nDotL = dot(s.normal, toLight);
         if (nDotL > 0.0f && light > 0.0f) {
-            float extent = (1.0f - r) / r;
-            Surface wide = s;
-            wide.averages = false;
+            Surface wide = widened(s, (1.0f - r) / r);
             wide.diffuse = vec3(0.0f);
             wide.layers.through = vec3(0.0f);
-            wide.alphaSquared = min(s.alphaSquared + extent, 1.0f);
-            wide.masking = sqrt(wide.alphaSquared + (1.0f - wide.alphaSquared) * s.nDotV * s.nDotV);
-            if (shades(LAYER_CLEARCOAT)) {
-                float alpha = clearcoatAlpha(s.layers);
-                wide.layers.clearcoatRoughness = pow(min(alpha * alpha + extent, 1.0f), 0.25f);
-            }
             sum = kPi * r * s.light.emitted * evalDirectLight(wide, toLight, nDotL);
         }
     }

@@ -1,5 +1,6 @@
 // Shadows of lights with a radius: the share of a disc that an edge leaves is known.
 #include "plan/graph/frame_plan.h"
+#include "reference/reference.h"
 #include "support.h"
 
 #include <algorithm>
@@ -151,5 +152,38 @@ TEST_F(SoftShadows, AnUnknownLightIsNamed) {
         ASSERT_EQ(error.errors().size(), 1u);
         EXPECT_EQ(error.errors()[0].pointer, "/lights/0/light");
         EXPECT_NE(error.errors()[0].detail.find("did you mean \"lamp\""), std::string::npos);
+    }
+}
+
+// The highlight of a lamp with a radius is wider, as the path tracer has it.
+TEST_F(SoftShadows, HighlightsShowTheDiscOfTheLamp) {
+    const EnvironmentMap black = constantEnvironment("black", glm::vec3(0.0f));
+    for (const LightKind kind : {LightKind::point, LightKind::directional}) {
+        Scene scene;
+        place(scene, quad(4.0f, addMaterial(scene, {.baseColor = glm::vec4(0.0f, 0.0f, 0.0f, 1.0f),
+                                                    .metallic = 0.0f,
+                                                    .roughness = 0.35f})));
+        // It reflects towards the eye from the origin.
+        const double elevation = 0.9, away = 2.0;
+        const glm::dvec3 towards(std::cos(elevation), 0.0, std::sin(elevation));
+        addLight(scene, lightOf(kind, kind == LightKind::point ? 0.5 : 0.25),
+                 moved(-away * towards.x, 0.0, away * towards.z) *
+                     glm::rotate(glm::dmat4(1.0), elevation - 0.5 * std::numbers::pi,
+                                 glm::dvec3(0.0, 1.0, 0.0)));
+        for (const double x : {0.0, 0.15, 0.3}) {
+            FrameRequest r = request(Scene(scene), "disc", glm::dvec3(x, 0.0, 0.0) + 1.5 * towards);
+            r.camera.target = {x, 0.0, 0.0};
+            r.camera.yfov = 0.02;
+            r.width = r.height = 5;
+            r.effects.shadows = true;
+            const auto truth = traceReference({.scene = scene,
+                                               .frame = r,
+                                               .environment = black,
+                                               .mode = ReferenceMode::full,
+                                               .samples = 1024});
+            EXPECT_NEAR(centerColor(renderer().render(r).image).x / truth->color.floats()[3 * 12],
+                        1.0, 0.12)
+                << static_cast<int>(kind) << ' ' << x;
+        }
     }
 }

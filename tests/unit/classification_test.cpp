@@ -1,6 +1,7 @@
 // The optical class of materials on meshes.
 #include "scene/classification.h"
 #include "plan_scenes.h"
+#include "scene/flat_mirrors.h"
 
 #include <gmock/gmock.h>
 
@@ -213,6 +214,55 @@ TEST(Classification, UsesTheFramesMaterials) {
     EXPECT_EQ(surfaces[1].reflector, Reflector::flat);
     EXPECT_EQ(surfaces[1].material, 1u);
     EXPECT_EQ(surfaces[1].reason, ReflectorReason::gloss);
+}
+
+TEST(FlatMirrors, AreSmoothMetalsInOnePlane) {
+    const auto mirrorsOf = [](const Material& material, int count = 1) {
+        Scene scene;
+        const Index square = addSquareMesh(scene, "square", addMaterial(scene, material));
+        for (int i = 0; i < count; ++i) {
+            placeAt(scene, square, glm::translate(glm::dmat4(1.0), {0.0, 0.0, 1.0 * i}));
+        }
+        return flatMirrors(scene, restPose(scene), {}, surfacesOf(scene));
+    };
+    const Material silver{.roughness = 0.05f};
+    EXPECT_EQ(mirrorsOf(silver).size(), 1u);
+    EXPECT_EQ(mirrorsOf(silver, 40).size(), kMaxFlatMirrors);
+    Material other = silver;
+    other.roughness = 0.3f;
+    EXPECT_TRUE(mirrorsOf(other).empty());
+    other = silver;
+    other.metallic = 0.0f;
+    EXPECT_TRUE(mirrorsOf(other).empty());
+    other = silver;
+    other.clearcoat = 1.0f;
+    EXPECT_TRUE(mirrorsOf(other).empty());
+    other = silver;
+    other.alphaMode = AlphaMode::blend;
+    EXPECT_TRUE(mirrorsOf(other).empty());
+}
+
+TEST(FlatMirrors, ShowImagesOfLamps) {
+    struct Lamp {
+        LightKind kind = LightKind::point;
+        glm::dvec3 position{0.0};
+        glm::vec3 toLight{0.0f, 0.0f, 1.0f};
+    };
+    Scene scene;
+    const Index square = addSquareMesh(scene, "square", addMaterial(scene, {.roughness = 0.0f}));
+    // From -1 to 1 in x and y; its front has z > 3.
+    placeAt(scene, square, glm::translate(glm::dmat4(1.0), {0.0, 0.0, 3.0}));
+    const FlatMirror mirror = flatMirrors(scene, restPose(scene), {}, surfacesOf(scene)).at(0);
+    const Lamp lamp{.position = {0.5, 0.0, 5.0}};
+    EXPECT_EQ(mirror.imageOf(lamp).position, glm::dvec3(0.5, 0.0, 1.0));
+    EXPECT_EQ(mirror.imageOf(lamp).toLight, glm::vec3(0.0f, 0.0f, -1.0f));
+    EXPECT_TRUE(mirror.shows(lamp, {-0.5, 0.0, 4.0}));
+    EXPECT_FALSE(mirror.shows(lamp, {9.0, 0.0, 4.0}));   // beside it
+    EXPECT_FALSE(mirror.shows(lamp, {-0.5, 0.0, 2.0}));  // behind it
+    const Lamp sun{.kind = LightKind::directional, .toLight = {0.6f, 0.0f, 0.8f}};
+    EXPECT_TRUE(mirror.shows(sun, {-0.7, 0.0, 4.0}));
+    EXPECT_FALSE(mirror.shows(sun, {0.7, 0.0, 4.0}));
+    EXPECT_TRUE(mirror.relativeTo({1.0, 2.0, 3.0}).shows(sun, {-1.7, -2.0, 1.0}));
 }
 
 }  // namespace

@@ -5,9 +5,11 @@
 #include "plan/graph/target.h"
 #include "scene/scene.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 namespace clerestory {
 
@@ -62,6 +64,11 @@ struct PlacedLight {
     std::optional<LightShadow> shadow;  // none: nothing hides the light
     bool operator==(const PlacedLight&) const = default;
 };
+
+inline bool hasRoundLamp(std::span<const PlacedLight> lights) {
+    return std::any_of(lights.begin(), lights.end(),
+                       [](const PlacedLight& light) { return light.radius > 0.0f; });
+}
 
 // Feature bits are shared with the shaders: shaders/include/features.glsl. FEATURE_ bits are the
 // lower half, LAYER_ bits the upper one.

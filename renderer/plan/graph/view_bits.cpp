@@ -30,6 +30,7 @@ std::uint32_t viewBits(const FramePlan& plan, const View& view, const TargetSpec
     if (plan.fewPrograms) bits |= VIEW_SHARED_PROGRAMS;
     if (surfaceLight) bits |= VIEW_SURFACE_LIGHT;
     if (surfaceLight && plan.emitters) bits |= VIEW_EMITTERS;
+    if (hasRoundLamp(lights)) bits |= VIEW_ROUND_LAMPS;
     if (plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS | kindOfShadows(plan);
     if (plan.shadowSamples > 0) bits |= VIEW_SHADOWS_SOFT;
     if (plan.shadowTints != kNoTarget) bits |= VIEW_SHADOWS_TINTED;
