@@ -14,6 +14,15 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr std::uint32_t kLampRays = 12;  // to a lamp with a radius
+constexpr std::size_t kMaxImages = 32;   // of lamps in mirrors
+
+std::vector<PlacedLight> strongest(std::vector<PlacedLight> lamps, std::size_t count) {
+    std::stable_sort(lamps.begin(), lamps.end(), [](const PlacedLight& a, const PlacedLight& b) {
+        return luminance(a.intensity) > luminance(b.intensity);
+    });
+    if (lamps.size() > count) lamps.resize(count);
+    return lamps;
+}
 
 // All sides can be hit: rays that begin inside a body must notice it.
 std::vector<BvhTriangle> fromBothSides(std::vector<BvhTriangle> triangles) {
@@ -69,6 +78,7 @@ LightRays::LightRays(const BakeInput& input, const BakeQuality& quality)
     mirrors_ = mirrorsOf(input, tree_, faces_, triangles_.origin);
     lamps_ = input.lights;
     for (PlacedLight& lamp : lamps_) lamp.position -= triangles_.origin;
+    if (!mirrors_.empty()) mirroredLamps_ = strongest(lamps_, kMaxImages / mirrors_.size());
 }
 
 // A direction with the map's axes, in those of the world.
@@ -156,7 +166,7 @@ glm::vec3 LightRays::lampsAt(const Receiver& point, float side) const {
 // that faces it.
 template <class Arrives, class Add>
 void LightRays::eachThrown(const glm::vec3& start, const Arrives& arrives, const Add& add) const {
-    for (const PlacedLight& lamp : lamps_) {
+    for (const PlacedLight& lamp : mirroredLamps_) {
         for (std::size_t k = 0; k < mirrors_.size(); ++k) {
             if (!mirrors_[k].shows(lamp, glm::dvec3(start))) continue;
             const Arriving light = arriving(mirrors_[k].imageOf(lamp), start);

@@ -121,7 +121,7 @@ private:
     float offset_ = 0.0f;  // of ray starts, metres
     std::vector<Face> faces_;
     // Relative to the origin.
-    std::vector<PlacedLight> lamps_;
+    std::vector<PlacedLight> lamps_, mirroredLamps_;
     std::vector<FlatMirror> mirrors_;
     std::vector<Emitter> emitters_;
     const Places* places_ = nullptr;

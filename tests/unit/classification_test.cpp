@@ -257,7 +257,7 @@ TEST(FlatMirrors, ShowImagesOfLamps) {
     EXPECT_EQ(mirror.imageOf(lamp).position, glm::dvec3(0.5, 0.0, 1.0));
     EXPECT_EQ(mirror.imageOf(lamp).toLight, glm::vec3(0.0f, 0.0f, -1.0f));
     EXPECT_TRUE(mirror.shows(lamp, {-0.5, 0.0, 4.0}));
-    EXPECT_FALSE(mirror.shows(lamp, {9.0, 0.0, 4.0}));   // beside it
+    EXPECT_FALSE(mirror.shows(lamp, {9.0, 0.0, 4.0}));   // next to it
     EXPECT_FALSE(mirror.shows(lamp, {-0.5, 0.0, 2.0}));  // behind it
     const Lamp sun{.kind = LightKind::directional, .toLight = {0.6f, 0.0f, 0.8f}};
     EXPECT_TRUE(mirror.shows(sun, {-0.7, 0.0, 4.0}));
