@@ -5,10 +5,9 @@
 #include "include/features.glsl"
 #include "include/eye_position.glsl"
 #include "include/surface_light.glsl"
+#include "include/surface_light_sampler.glsl"
 #define VARYING out
 #include "include/surface_varyings.glsl"
-
-#include "include/surface_light_sampler.glsl"
 
 layout(location = ATTRIBUTE_NORMAL) in vec3 normal;
 layout(location = ATTRIBUTE_TANGENT) in vec4 tangent;

@@ -453,7 +453,7 @@ vec3 emittersLight(IN(Surface) s) {
     vec3 sum = vec3(0.0f);
     if (viewHas(VIEW_EMITTERS)) {
         float gathered = length(s.light.emittedFlux);
-        float light = dot(s.light.emitted, vec3(0.2126f, 0.7152f, 0.0722f));
+        float light = luminance(s.light.emitted);
         float r = clamp(gathered / max(light, 1e-20f), 0.25f, 1.0f);
         vec3 toLight = s.light.emittedFlux / max(gathered, 1e-20f);
         float nDotL = dot(s.normal, toLight);

@@ -1,7 +1,9 @@
-// A small room, and requests with light between surfaces.
+// A small room, places of quads, and requests with light between surfaces.
 #pragma once
 
 #include "support.h"
+
+#include <numbers>
 
 namespace clerestory::test {
 
@@ -20,6 +22,22 @@ inline void placeRoom(Scene& scene, Index material) {
             place(scene, quad(1.0f, material), m);
         }
     }
+}
+
+// Of a quad.
+inline glm::dmat4 facingUp() {
+    return glm::rotate(glm::dmat4(1.0), -0.5 * std::numbers::pi, glm::dvec3(1.0, 0.0, 0.0));
+}
+inline glm::dmat4 facingDown(double height) {
+    return glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, height, 0.0)) *
+           glm::rotate(glm::dmat4(1.0), 0.5 * std::numbers::pi, glm::dvec3(1.0, 0.0, 0.0));
+}
+
+inline FrameRequest lookingAt(FrameRequest r, const glm::dvec3& from, const glm::dvec3& at) {
+    r.camera.position = from;
+    r.camera.target = at;
+    r.width = r.height = 65;  // a pixel's centre looks straight ahead
+    return r;
 }
 
 // The request with the light of surfaces, complete.

@@ -1,7 +1,6 @@
 // Light between surfaces (Effects::indirectLight) with known results: furnaces, closed rooms, form
 // factors.
 #include "lit_room.h"
-#include "reference/reference.h"
 #include "scene/builtin/modelling.h"
 
 #include <cmath>
@@ -13,21 +12,6 @@ using namespace clerestory::test;
 namespace {
 
 class LightBetweenSurfaces : public GlTest {};
-
-glm::dmat4 facingUp() {
-    return glm::rotate(glm::dmat4(1.0), -0.5 * std::numbers::pi, glm::dvec3(1.0, 0.0, 0.0));
-}
-glm::dmat4 facingDown(double height) {
-    return glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, height, 0.0)) *
-           glm::rotate(glm::dmat4(1.0), 0.5 * std::numbers::pi, glm::dvec3(1.0, 0.0, 0.0));
-}
-
-FrameRequest lookingAt(FrameRequest r, const glm::dvec3& from, const glm::dvec3& at) {
-    r.camera.position = from;
-    r.camera.target = at;
-    r.width = r.height = 65;  // a pixel's centre looks straight ahead
-    return r;
-}
 
 }  // namespace
 
@@ -110,132 +94,6 @@ TEST_F(LightBetweenSurfaces, AWallHidesHalfOfTheSky) {
                           (std::atan(1.0 / y) - y / std::sqrt(x * x + y * y) *
                                                     std::atan(1.0 / std::sqrt(x * x + y * y)));
     EXPECT_NEAR(centerColor(renderer().render(lit(r)).image).x / open, 1.0 - hidden, 0.03);
-}
-
-// The method of images: next to a wide mirror a floor has the light of the lamp and of its image.
-TEST_F(LightBetweenSurfaces, AFlatMirrorThrowsTheLightOfALamp) {
-    constexpr double kTint = 0.9;
-    const auto seen = [&](bool mirror, bool shade) {
-        Scene scene;
-        place(scene, quad(3.0f, addMaterial(scene, lambert(0.1f))), facingUp());
-        addLight(scene, {.intensity = glm::vec3(20.0f)}, moved(0.0, 1.0, 0.0));
-        if (mirror) {
-            const Index silver = addMaterial(scene, {.baseColor = glm::vec4(glm::vec3(kTint), 1.0f),
-                                                     .metallic = 1.0f,
-                                                     .roughness = 0.0f,
-                                                     .doubleSided = true});
-            place(scene, quad(0.45f, silver),
-                  moved(1.0, 0.5, 0.0) * glm::rotate(glm::dmat4(1.0), 0.5 * std::numbers::pi,
-                                                     glm::dvec3(0.0, 1.0, 0.0)));
-        }
-        if (shade) {
-            Material black = lambert(0.0f);
-            black.doubleSided = true;
-            place(scene, quad(0.2f, addMaterial(scene, black)),
-                  moved(0.5, 0.8, 0.0) * glm::rotate(glm::dmat4(1.0), 0.5 * std::numbers::pi,
-                                                     glm::dvec3(0.0, 1.0, 0.0)));
-        }
-        FrameRequest r = request(std::move(scene), "mirror");
-        r = lookingAt(r, {0.0, 0.8, 2.0}, {0.0, 0.0, 0.0});
-        if (mirror) r = lit(r);
-        return static_cast<double>(centerColor(renderer().render(r).image).x);
-    };
-    const double lamp = 0.1 * 20.0 / std::numbers::pi, root = std::sqrt(5.0);
-    const double reflected = kTint + (1.0 - kTint) * std::pow(1.0 - 2.0 / root, 5.0);
-    const double thrown = lamp * reflected / (5.0 * root);
-    const double direct = seen(false, false);
-    EXPECT_NEAR(direct, lamp, 0.02 * lamp);
-    EXPECT_NEAR(seen(true, false) - direct, thrown, 0.06 * thrown);
-    EXPECT_LT(seen(true, true) - direct, 0.06 * thrown);
-}
-
-// A large perfect mirror shows the other half of the world: the floor in front of it has the sky
-// that the mirror hides and the light of a second lamp behind it.
-TEST_F(LightBetweenSurfaces, AWideMirrorDoublesTheWorld) {
-    const auto seen = [&](bool mirror, bool lamps, bool sky) {
-        Scene scene;
-        place(scene, quad(8.0f, addMaterial(scene, lambert(0.5f))), facingUp());
-        Material glows = lambert(0.0f, 4.0f);
-        const Index lamp = addMaterial(scene, glows);
-        if (lamps) place(scene, quad(0.25f, lamp), facingDown(1.0));
-        if (mirror) {
-            const Index silver = addMaterial(scene, {.metallic = 1.0f, .roughness = 0.0f});
-            place(scene, quad(8.0f, silver),
-                  moved(0.5, 8.0, 0.0) * glm::rotate(glm::dmat4(1.0), -0.5 * std::numbers::pi,
-                                                     glm::dvec3(0.0, 1.0, 0.0)));
-        } else if (lamps) {
-            place(scene, quad(0.25f, lamp), moved(1.0, 0.0, 0.0) * facingDown(1.0));
-        }
-        FrameRequest r = request(std::move(scene), "wide");
-        if (sky) r.environment.map = "white";
-        r = lookingAt(r, {0.0, 0.3, 2.0}, {0.0, 0.0, 0.0});
-        if (mirror || lamps) r = lit(r);
-        return static_cast<double>(centerColor(renderer().render(r).image).x);
-    };
-    for (const bool lamps : {false, true}) {
-        const double images = seen(false, lamps, !lamps);
-        EXPECT_NEAR(seen(true, lamps, !lamps) / images, 1.0, 0.05) << lamps;
-    }
-}
-
-// Emissive surfaces have highlights. A small one is a lamp: from its direction, at a distance of a
-// metre and a half, both look the same on rough metal and on a rough dielectric.
-TEST_F(LightBetweenSurfaces, EmissiveSurfacesHaveTheHighlightsOfLamps) {
-    constexpr double kHalf = 0.05, kRadiance = 200.0;
-    const auto seen = [&](const Material& material, bool emitter, double elevation) {
-        Scene scene;
-        place(scene, quad(3.0f, addMaterial(scene, material)), facingUp());
-        const glm::dvec3 at(-1.5 * std::cos(elevation), 1.5 * std::sin(elevation), 0.0);
-        glm::dmat4 frame = moved(at.x, at.y, at.z);
-        frame = frame * glm::rotate(glm::dmat4(1.0), elevation, glm::dvec3(0.0, 0.0, -1.0)) *
-                glm::rotate(glm::dmat4(1.0), 0.5 * std::numbers::pi, glm::dvec3(0.0, 1.0, 0.0));
-        if (emitter) {
-            place(scene, quad(kHalf, addMaterial(scene, lambert(0.0f, kRadiance))), frame);
-        } else {
-            addLight(scene, {.intensity = glm::vec3(4.0 * kHalf * kHalf * kRadiance)}, frame);
-        }
-        FrameRequest r = lookingAt(request(std::move(scene), "highlight"),
-                                   {2.0 * std::cos(0.7), 2.0 * std::sin(0.7), 0.0}, {});
-        if (emitter) r = lit(r);
-        return static_cast<double>(centerColor(renderer().render(r).image).x);
-    };
-    const Material metal{.baseColor = glm::vec4(0.9f, 0.9f, 0.9f, 1.0f), .roughness = 0.6f};
-    const Material dielectric{
-        .baseColor = glm::vec4(0.1f, 0.1f, 0.1f, 1.0f), .metallic = 0.0f, .roughness = 0.4f};
-    for (const Material& material : {metal, dielectric}) {
-        for (const double elevation : {0.4, 0.7, 1.0}) {
-            const double lamp = seen(material, false, elevation);
-            EXPECT_NEAR(seen(material, true, elevation) / lamp, 1.0, 0.05)
-                << material.metallic << ' ' << elevation;
-        }
-    }
-}
-
-// A larger one has a wider highlight, as the path tracer has it.
-TEST_F(LightBetweenSurfaces, HighlightsOfLargeEmittersAreThoseOfTheReference) {
-    Scene scene;
-    place(scene,
-          quad(3.0f, addMaterial(scene, {.baseColor = glm::vec4(0.9f, 0.9f, 0.9f, 1.0f),
-                                         .roughness = 0.55f})),
-          facingUp());
-    place(scene, quad(0.4f, addMaterial(scene, lambert(0.0f, 4.0f))), facingDown(1.2));
-    const EnvironmentMap black = constantEnvironment("black", glm::vec3(0.0f));
-    for (const double x : {0.0, 0.25, 0.5, 1.0, 1.5}) {
-        FrameRequest r = request(Scene(scene), "large");
-        r.camera.position = {x + 1.0, 0.9, 0.0};
-        r.camera.target = {x, 0.0, 0.0};
-        r.camera.yfov = 0.02;
-        r.width = r.height = 5;
-        r = lit(r);
-        const auto truth = traceReference({.scene = scene,
-                                           .frame = r,
-                                           .environment = black,
-                                           .mode = ReferenceMode::full,
-                                           .samples = 512});
-        EXPECT_NEAR(centerColor(renderer().render(r).image).x / truth->color.floats()[3 * 12], 1.0,
-                    0.15)
-            << x;
-    }
 }
 
 TEST_F(LightBetweenSurfaces, AConvexBodyHasAllOfTheSky) {
