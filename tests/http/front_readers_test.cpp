@@ -1,6 +1,7 @@
 // The HTTP server alone, with test handlers: streams and large responses, and clients that read
 // them slowly or not at all.
 #include "local_http_server.h"
+#include "tests/support/soon.h"
 
 #include <gtest/gtest.h>
 

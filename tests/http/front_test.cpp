@@ -1,6 +1,7 @@
 // The HTTP server alone, with test handlers: requests, connections, disconnects, shutdown.
 #include "local_http_server.h"
 #include "scene/import/sandbox/jail.h"
+#include "tests/support/soon.h"
 
 #include <gtest/gtest.h>
 

@@ -16,12 +16,6 @@ namespace clerestory::test {
 
 using std::chrono::milliseconds;
 
-template <class Condition>
-bool soon(Condition condition) {
-    for (int i = 0; i < 2000 && !condition(); ++i) std::this_thread::sleep_for(milliseconds(5));
-    return condition();
-}
-
 inline HttpLimits quickLimits() {
     HttpLimits limits;
     limits.head = milliseconds(400);
