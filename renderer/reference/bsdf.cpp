@@ -5,9 +5,6 @@
 namespace clerestory::reference {
 namespace {
 
-// The renderer's kMinRoughness, squared.
-constexpr double kMinPunctualAlpha = 0.045 * 0.045;
-
 double leastCosineOver(const glm::dvec3& face, const glm::dvec3& toEye) {
     return std::sin(0.5 * std::asin(std::clamp(std::abs(glm::dot(face, toEye)), 0.0, 1.0)));
 }

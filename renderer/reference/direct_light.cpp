@@ -10,7 +10,7 @@ constexpr int kMaxTransparentSurfaces = 64;  // along a shadow ray
 
 }  // namespace
 
-PathTracer::Passage PathTracer::passage(Ray ray, bool throughGlass, const Surface* end) const {
+PathTracer::Passage PathTracer::passage(Ray ray, ThroughGlass glass, const Surface* end) const {
     if (!end && !geometry_.hasTransparency()) {
         return {glm::dvec3(geometry_.occluded(ray) ? 0.0 : 1.0), {}};
     }
@@ -26,7 +26,9 @@ PathTracer::Passage PathTracer::passage(Ray ray, bool throughGlass, const Surfac
         }
         if (end && p.surface == end) return {result, p};
         glm::dvec3 atSurface(1.0 - p.coverage);
-        if (throughGlass && p.transmission > 0.0) {
+        const bool passes =
+            glass == ThroughGlass::all || (glass == ThroughGlass::clear && !scattersLamps(p));
+        if (passes && p.transmission > 0.0) {
             const double cosine = -glm::dot(p.normal, ray.direction);
             const double ior = std::max(1.0, double(p.material->ior));
             glm::dvec3 throughSurface;
@@ -60,34 +62,35 @@ PathTracer::Passage PathTracer::passage(Ray ray, bool throughGlass, const Surfac
     return {};
 }
 
-glm::dvec3 PathTracer::evalPunctualLights(Path& path, const SurfaceInteraction& point,
-                                          const Bsdf& bsdf, double diffuseScale) const {
+// normal: of the face, on the side of the lights. scattered: factor on the irradiance of a surface
+// that faces the light, by the direction towards it.
+template <class Scattered>
+glm::dvec3 PathTracer::sampleLights(Path& path, const SurfaceInteraction& point,
+                                    const glm::dvec3& normal, ThroughGlass glass,
+                                    Scattered scattered) const {
     glm::dvec3 sum(0.0);
     // Mode `full` samples one light in proportion to its unshadowed contribution (weighted
     // reservoir sampling).
     struct Chosen {
         const PunctualLight* source = nullptr;
         LightSample light;
-        glm::dvec3 reflected{0.0};
+        glm::dvec3 scattered{0.0};
         double luminance = 0.0;
     } chosen;
     double total = 0.0;
     double u = mode_ == ReferenceMode::full && !lighting_.lights.empty() ? path.sampler.get1D() : 0;
     for (const PunctualLight& source : lighting_.lights) {
         const LightSample light = evalLight(source, point.position);
-        const double cosine = glm::dot(point.normal, light.toLight);
-        if (!(cosine > 0.0) || !(greatest(light.irradiance) > 0.0)) continue;
-        const glm::dvec3 reflected =
-            light.irradiance * cosine *
-            bsdf.evalPunctual(bsdf.frame().toLocal(light.toLight), diffuseScale, point.discRadius2);
-        sum += reflected;
-        const double weight = luminance(reflected);
+        if (!(greatest(light.irradiance) > 0.0)) continue;
+        const glm::dvec3 contribution = light.irradiance * scattered(light.toLight);
+        sum += contribution;
+        const double weight = luminance(contribution);
         if (mode_ == ReferenceMode::effects || !(weight > 0.0)) continue;
         total += weight;
         // One random number serves all choices: after each choice it is rescaled to [0, 1).
         const double probability = weight / total;
         if (u < probability) {
-            chosen = {&source, light, reflected, weight};
+            chosen = {&source, light, contribution, weight};
             u /= probability;
         } else {
             u = (u - probability) / (1.0 - probability);
@@ -96,17 +99,38 @@ glm::dvec3 PathTracer::evalPunctualLights(Path& path, const SurfaceInteraction& 
     if (mode_ == ReferenceMode::effects) return sum;
     if (chosen.source && chosen.source->radius > 0.0) {
         chosen.light = towardsDisc(*chosen.source, chosen.light, path.sampler.get2D());
-        const glm::dvec3& towards = chosen.light.toLight;
-        chosen.reflected =
-            chosen.light.irradiance * std::max(glm::dot(point.normal, towards), 0.0) *
-            bsdf.evalPunctual(bsdf.frame().toLocal(towards), diffuseScale, point.discRadius2);
+        chosen.scattered = chosen.light.irradiance * scattered(chosen.light.toLight);
     }
-    if (!(chosen.luminance > 0.0) || glm::dot(chosen.light.toLight, point.geometricNormal) <= 0.0) {
+    if (!(chosen.luminance > 0.0) || glm::dot(chosen.light.toLight, normal) <= 0.0) {
         return glm::dvec3(0.0);
     }
     Ray ray = SceneGeometry::spawnRay(point, chosen.light.toLight);
     ray.tMax = chosen.light.distance * (1.0 - 1e-6);
-    return chosen.reflected * (total / chosen.luminance) * transmittance(ray, true);
+    return chosen.scattered * (total / chosen.luminance) * transmittance(ray, glass);
+}
+
+glm::dvec3 PathTracer::evalPunctualLights(Path& path, const SurfaceInteraction& point,
+                                          const Bsdf& bsdf, double diffuseScale) const {
+    return sampleLights(path, point, point.geometricNormal, ThroughGlass::all,
+                        [&](const glm::dvec3& towards) {
+                            const double cosine = glm::dot(point.normal, towards);
+                            if (!(cosine > 0.0)) return glm::dvec3(0.0);
+                            return cosine * bsdf.evalPunctual(bsdf.frame().toLocal(towards),
+                                                              diffuseScale, point.discRadius2);
+                        });
+}
+
+glm::dvec3 PathTracer::evalLightsBehind(Path& path, const SurfaceInteraction& point,
+                                        const Frame& frame, const glm::dvec3& v, double alpha,
+                                        double eta, bool reflects) const {
+    return sampleLights(
+        path, point, -point.geometricNormal, ThroughGlass::clear, [&](const glm::dvec3& towards) {
+            const glm::dvec3 l = frame.toLocal(towards);
+            const double pdf = refractionPdf(v, l, alpha, eta);
+            if (!reflects || !(pdf > 0.0)) return glm::dvec3(pdf);
+            return glm::dvec3(
+                pdf * (1.0 - fresnel(glm::dot(v, refractingNormal(v, l, eta)), eta).mean()));
+        });
 }
 
 glm::dvec3 PathTracer::evalAreaLights(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf,
@@ -135,7 +159,7 @@ glm::dvec3 PathTracer::evalAreaLights(Path& path, const SurfaceInteraction& poin
     const EnvironmentLight::Sample sky = lighting_.environment.sample(path.sampler.get2D());
     if (const glm::dvec3 weight = reflected(sky.direction, sky.pdf); greatest(weight) > 0.0) {
         sum += weight * lighting_.environment.radiance(sky.direction) *
-               transmittance(SceneGeometry::spawnRay(point, sky.direction), false);
+               transmittance(SceneGeometry::spawnRay(point, sky.direction), ThroughGlass::none);
     }
     if (emitters_.empty()) return sum;
     const double uTriangle = path.sampler.get1D();
@@ -157,7 +181,7 @@ glm::dvec3 PathTracer::evalAreaLights(Path& path, const SurfaceInteraction& poin
         {distance, emitter.weightB, emitter.weightC, emitter.triangle}, towards);
     Ray ray = SceneGeometry::spawnRay(point, towards);
     ray.tMax = distance * (1.0 - 1e-5) - 1e-6 * there.maxCoordinate;
-    return sum + weight * there.emission * transmittance(ray, false);
+    return sum + weight * there.emission * transmittance(ray, ThroughGlass::none);
 }
 
 }  // namespace clerestory::reference

@@ -19,6 +19,12 @@ glm::dvec3 sampleMicrofacet(const glm::dvec3& v, double alpha, int attempt, Samp
 
 }  // namespace
 
+bool scattersLamps(const SurfaceInteraction& point) {
+    constexpr double kMinRefraction = 1e-3;
+    return point.roughness * point.roughness >= kMinPunctualAlpha &&
+           point.material->ior >= 1.0 + kMinRefraction;
+}
+
 void PathTracer::reflectFromGlass(Path& path, const SurfaceInteraction& point,
                                   const glm::dvec3& towards) const {
     path.fromCamera = false;
@@ -61,6 +67,10 @@ void PathTracer::scatterAtSolid(Path& path, const SurfaceInteraction& point) con
     for (int attempt = 0;; ++attempt) {
         const glm::dvec3 facet = sampleMicrofacet(v, alpha, attempt, path.sampler);
         const double cosine = glm::dot(v, facet);
+        if (!point.front && scattersLamps(point) && !path.glassSampled && attempt < kMaxAttempts) {
+            path.radiance +=
+                path.throughput * evalLightsBehind(path, point, frame, v, alpha, eta, true);
+        }
         const double u = path.sampler.get1D();
         const double bare = fresnel(cosine, eta).mean();
         const glm::dvec3 reflected =
@@ -112,6 +122,12 @@ void PathTracer::scatterAtPane(Path& path, const SurfaceInteraction& point) cons
             path.terminated = true;
             return;
         }
+        const glm::dvec3 inside = refracted(-v, facet, ior);
+        if (scattersLamps(point) && !path.glassSampled && inside.z < 0.0 &&
+            attempt < kMaxAttempts) {
+            path.radiance += path.throughput * pane.transmitted *
+                             evalLightsBehind(path, point, frame, -inside, alpha, 1.0 / ior, false);
+        }
         const double probability = reflected / total;
         if (path.sampler.get1D() < probability) {
             const glm::dvec3 l = 2.0 * cosine * facet - v;
@@ -121,7 +137,6 @@ void PathTracer::scatterAtPane(Path& path, const SurfaceInteraction& point) cons
         }
         glm::dvec3 exit = -v;
         if (rough && attempt < kMaxAttempts) {
-            const glm::dvec3 inside = refracted(-v, facet, ior);
             if (inside.z >= 0.0) continue;
             const glm::dvec3 back = sampleVisibleNormal(-inside, alpha, path.sampler.get2D());
             const double c = -glm::dot(inside, back);

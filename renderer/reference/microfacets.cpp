@@ -68,6 +68,19 @@ double reflectionPdf(const glm::dvec3& v, const glm::dvec3& l, const glm::dvec2&
     return cosine > 0.0 ? visibleNormalPdf(v, half, alpha) / (4.0 * cosine) : 0.0;
 }
 
+glm::dvec3 refractingNormal(const glm::dvec3& v, const glm::dvec3& l, double eta) {
+    const glm::dvec3 half = unitOr(v + eta * l, glm::dvec3(0, 0, 1));
+    return half.z < 0.0 ? -half : half;
+}
+
+double refractionPdf(const glm::dvec3& v, const glm::dvec3& l, double alpha, double eta) {
+    const glm::dvec3 half = refractingNormal(v, l, eta);
+    const double vDotH = glm::dot(v, half), lDotH = glm::dot(l, half);
+    if (!(vDotH > 0.0) || !(lDotH < 0.0)) return 0.0;
+    const double both = vDotH + eta * lDotH;
+    return visibleNormalPdf(v, half, alpha) * eta * eta * -lDotH / std::max(both * both, 1e-12);
+}
+
 namespace {
 
 constexpr int kTableSize = 48;  // uniform in sqrt(cosine) and in sqrt(alpha)

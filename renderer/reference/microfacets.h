@@ -11,6 +11,8 @@ namespace clerestory::reference {
 
 // Narrower lobes (below roughness 0.03) are treated as mirrors.
 inline constexpr double kMinReferenceAlpha = 1e-3;
+// Of the highlights of punctual lights: the renderer's kMinRoughness, squared.
+inline constexpr double kMinPunctualAlpha = 0.045 * 0.045;
 
 // GGX density of microfacet normals.
 double normalDistribution(const glm::dvec3& normal, const glm::dvec2& alpha);
@@ -49,6 +51,13 @@ inline double visibleNormalPdf(const glm::dvec3& v, const glm::dvec3& normal, do
 inline double reflectionPdf(const glm::dvec3& v, const glm::dvec3& l, double alpha) {
     return reflectionPdf(v, l, glm::dvec2(alpha));
 }
+
+// The microfacet normal that refracts between v and l (l.z < 0). eta: index on the side of l / on
+// that of v.
+glm::dvec3 refractingNormal(const glm::dvec3& v, const glm::dvec3& l, double eta);
+// Density of the refracted direction l when the normal comes from sampleVisibleNormal(), of what
+// is not reflected (Walter 2007, equation 17).
+double refractionPdf(const glm::dvec3& v, const glm::dvec3& l, double alpha, double eta);
 
 // Directional albedo of the lobe for perfectly reflecting microfacets, single scattering only.
 // Interpolated from a table that is computed at first use; error below 2e-3.

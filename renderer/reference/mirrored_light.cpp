@@ -50,7 +50,7 @@ glm::dvec3 PathTracer::evalMirroredLights(Path& path, const SurfaceInteraction& 
         bsdf.isWide() ? bsdf.evalPunctual(local, 1.0) : bsdf.evalDiffuse(local);
     const glm::dvec3 reflected = lobes * std::max(glm::dot(point.normal, towards), 0.0);
     if (!(greatest(reflected) > 0.0)) return glm::dvec3(0.0);
-    const Passage toMirror = passage(SceneGeometry::spawnRay(point, towards), false,
+    const Passage toMirror = passage(SceneGeometry::spawnRay(point, towards), ThroughGlass::none,
                                      &geometry_.surfaceOf(*chosen.mirror));
     if (!toMirror.end) return glm::dvec3(0.0);
     const SurfaceInteraction& at = *toMirror.end;
@@ -59,7 +59,7 @@ glm::dvec3 PathTracer::evalMirroredLights(Path& path, const SurfaceInteraction& 
     onwards.tMax =
         (chosen.light.distance - glm::distance(point.position, at.position)) * (1.0 - 1e-6);
     return reflected * chosen.light.irradiance * (total / chosen.weight) * toMirror.transmittance *
-           Bsdf(at, -towards).fresnel(cosine) * transmittance(onwards, true);
+           Bsdf(at, -towards).fresnel(cosine) * transmittance(onwards, ThroughGlass::all);
 }
 
 }  // namespace clerestory::reference

@@ -226,7 +226,7 @@ void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
         path.scatter(SceneGeometry::spawnRay(point, towards), specular.weight / probability,
                      probability * bsdf.specularPdf(specular.direction));
         path.widen(bsdf.alpha(), point.normalSpread);
-        path.mirrorsSampled = bsdf.isWide();
+        path.mirrorsSampled = path.glassSampled = bsdf.isWide();
         return;
     }
     const glm::dvec3 l = sampleCosineHemisphere(path.sampler.get2D());
@@ -238,7 +238,7 @@ void PathTracer::scatterInFull(Path& path, const SurfaceInteraction& point,
     }
     path.scatter(SceneGeometry::spawnRay(point, towards), choice.diffuse / (1.0 - probability),
                  (1.0 - probability) * std::max(cosineHemispherePdf(l), 1e-9));
-    path.mirrorsSampled = true;
+    path.mirrorsSampled = path.glassSampled = true;
     path.footprint.spread = std::min(kDiffuseSpread * path.footprint.fraction, kMaxDiffuseSpread);
 }
 

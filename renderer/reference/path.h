@@ -68,6 +68,9 @@ private:
         bool fromCamera = true;  // not reflected so far
         // At the last bounce the light of lamps in flat mirrors was sampled, too.
         bool mirrorsSampled = false;
+        // At the last opaque surface the light of lamps behind glass was sampled in a wide lobe, as
+        // if the glass was clear.
+        bool glassSampled = false;
         int primary = -1;  // the only one that is left after dispersion; -1: all
         // Solid-angle density of the last bounce if lights were sampled there as well; 0 if they
         // were not, so that emission counts with weight 1.
@@ -103,10 +106,20 @@ private:
     void scatterInFull(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf) const;
 
     // direct_light.cpp
+    // Which glass lets light through on its way to a lamp.
+    enum class ThroughGlass { none, clear, all };
     // Mode `full` samples one light and traces a shadow ray; mode `effects` adds all lights without
     // shadows.
     glm::dvec3 evalPunctualLights(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf,
                                   double diffuseScale) const;
+    // Light of punctual lights behind a face of rough glass that is refracted towards v, which is
+    // local to `frame`, whose z is on the side of v. eta: index behind the face / in front of it.
+    // reflects: less what the face reflects.
+    glm::dvec3 evalLightsBehind(Path& path, const SurfaceInteraction& point, const Frame& frame,
+                                const glm::dvec3& v, double alpha, double eta, bool reflects) const;
+    template <class Scattered>
+    glm::dvec3 sampleLights(Path& path, const SurfaceInteraction& point, const glm::dvec3& normal,
+                            ThroughGlass glass, Scattered scattered) const;
     // How a path continues. The specular direction is sampled first and taken in proportion to its
     // weight: a fixed probability would make paths at grazing angles several times as heavy.
     struct LobeChoice {
@@ -125,15 +138,15 @@ private:
                               const LobeChoice& choice) const;
     // Transmittance along the ray up to tMax. Glass does not refract here: light passes straight
     // through.
-    glm::dvec3 transmittance(const Ray& ray, bool throughGlass) const {
-        return passage(ray, throughGlass, nullptr).transmittance;
+    glm::dvec3 transmittance(const Ray& ray, ThroughGlass glass) const {
+        return passage(ray, glass, nullptr).transmittance;
     }
     // The same up to a surface, if it is met; without one, up to tMax.
     struct Passage {
         glm::dvec3 transmittance{0.0};
         std::optional<SurfaceInteraction> end;
     };
-    Passage passage(Ray ray, bool throughGlass, const Surface* end) const;
+    Passage passage(Ray ray, ThroughGlass glass, const Surface* end) const;
 
     // mirrored_light.cpp
     // Light of lamps that flat mirrors throw on diffuse and wide lobes: a path finds a lamp behind
@@ -156,6 +169,10 @@ private:
     ReferenceMode mode_;
     Emitters emitters_;
 };
+
+// Whether glass scatters the light of lamps on its way through. Through clearer glass, as without
+// any, a lamp is not seen.
+bool scattersLamps(const SurfaceInteraction& point);
 
 // Weight of multiple importance sampling (balance heuristic, Veach 1997); pdf: of the strategy that
 // made the sample.

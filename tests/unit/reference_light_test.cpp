@@ -73,6 +73,45 @@ TEST(ReferenceFurnace, GlassLosesNothing) {
     }
 }
 
+// Rough glass scatters the light of a lamp as that of a small emitter of the same power, which
+// paths meet: a pane, and a body between two faces.
+TEST(ReferenceGlass, ScattersTheLightOfLampsAsThatOfEmitters) {
+    constexpr double kRadius = 0.1, kRadiance = 100.0;
+    for (const float thickness : {0.0f, 0.4f}) {
+        for (const double aside : {0.0, 0.4}) {
+            const auto seen = [&](bool emitter) {
+                Scene scene;
+                scene.id = "glass";
+                Material glass = plain(1.0f, 0.0f, 0.5f);
+                glass.transmission = 1.0f;
+                glass.thickness = thickness;
+                MeshDraft wall = shapes::draft("wall", addMaterial(scene, glass));
+                shapes::addBox(wall, {-3.0f, -3.0f, -thickness}, {3.0f, 3.0f, 0.0f});
+                if (thickness == 0.0f) wall.indices.resize(6);
+                placeAt(scene, addMesh(scene, std::move(wall)), glm::dmat4(1.0));
+                const glm::dmat4 place =
+                    glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 0.0, -2.0 - thickness));
+                if (emitter) {
+                    placeAt(scene,
+                            addFineBall(scene, addMaterial(scene, lamp(float(kRadiance))), 32,
+                                        float(kRadius)),
+                            place);
+                } else {
+                    scene.lights.push_back(
+                        {.node = addNode(scene, "lamp", place),
+                         .intensity = glm::vec3(float(kRadiance * kPi * kRadius * kRadius))});
+                }
+                return meanColor(traced(scene, narrow({aside, 0.0, 6.0}, {0.0, 0.0, 0.0}, 0.05),
+                                        uniformMap(0.0f), ReferenceMode::full, 40000, 2))
+                    .x;
+            };
+            const double found = seen(true);
+            EXPECT_GT(found, 0.1);
+            EXPECT_NEAR(seen(false) / found, 1.0, 0.05) << thickness << ' ' << aside;
+        }
+    }
+}
+
 TEST(ReferenceFurnace, EmissiveClosedBoxSumsItsBounces) {
     Material wall = chalk(0.5f);
     wall.emissive = glm::vec3(0.5f);

@@ -90,6 +90,28 @@ TEST(ReferenceSampling, ReflectionsFitTheirDensity) {
         [&](const glm::dvec3& l) { return reflectionPdf(v, l, 0.4); });
 }
 
+// Into glass and out of it, where steep facets reflect all light.
+TEST(ReferenceSampling, RefractionsFitTheirDensity) {
+    for (const double eta : {1.5, 1.0 / 1.5}) {
+        constexpr double kAlpha = 0.2;
+        const glm::dvec3 v = glm::normalize(glm::dvec3(0.25, 0.1, 1.0));
+        const auto reflectsAll = [&](const glm::dvec3& facet) {
+            return refractedCosine(glm::dot(v, facet), eta) < 0.0;
+        };
+        expectFits(
+            [&](const glm::dvec2& u) {
+                const glm::dvec3 facet = sampleVisibleNormal(v, kAlpha, u);
+                return reflectsAll(facet) ? 2.0 * glm::dot(v, facet) * facet - v
+                                          : refracted(-v, facet, eta);
+            },
+            [&](const glm::dvec3& l) {
+                const double density = refractionPdf(v, l, kAlpha, eta);
+                const glm::dvec3 facet = glm::normalize(v + l);
+                return reflectsAll(facet) ? density + reflectionPdf(v, l, kAlpha) : density;
+            });
+    }
+}
+
 TEST(ReferenceSampling, CosineHemisphereFitsItsDensity) {
     expectFits(sampleCosineHemisphere, cosineHemispherePdf);
 }
