@@ -54,13 +54,25 @@ Surface coveredByPixel(Surface s) {
     return s;
 }
 
+vec3 lampsOn(Surface s, vec3 position) {
+    if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, position, HARMONIC_ROWS);
+    const int first = int((uint(VIEW) >> VIEW_LAMPS_SHIFT) & VIEW_LAMPS_MASK);
+    if (first > 0) return firstLampsLight(s, position, first);
+    return lampsLight(s, position, int(drawNumbers.x), int(drawNumbers.y));
+}
+
 vec3 lampsAt(Surface s) {
     if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
     if (!has(FEATURE_WIDE_LOBE) || layered(LAYER_CLEARCOAT)) s = coveredByPixel(s);
-    if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, coveredPosition(), HARMONIC_ROWS);
-    const int first = int((uint(VIEW) >> VIEW_LAMPS_SHIFT) & VIEW_LAMPS_MASK);
-    if (first > 0) return firstLampsLight(s, coveredPosition(), first);
-    return lampsLight(s, coveredPosition(), int(drawNumbers.x), int(drawNumbers.y));
+    return lampsOn(s, coveredPosition());
+}
+
+// Of a shell, whose walls are drawn apart; see drawNumbers.
+bool isNearWall() {
+    return fract(2.0f * drawNumbers.y) >= 0.5f;
+}
+bool isFarWall() {
+    return fract(4.0f * drawNumbers.y) >= 0.5f;
 }
 
 #if SHADES_GLASS
@@ -148,6 +160,6 @@ void main() {
         // shows the backdrop.
         vec4 behind = texelFetch(backdrop, ivec2(gl_FragCoord.xy), 0);
         color.rgb += (1.0f - coverage) * behind.rgb;
-        color.a = coverage < 0.5f ? behind.a : distanceShare(length(coveredPosition()), view.picture.w);
+        color.a = coverage < 0.5f ? shareStored(behind.a) : distanceShare(length(coveredPosition()), view.picture.w);
     }
 }

@@ -123,8 +123,11 @@ std::uint32_t DrawStream::add(const std::vector<Draw>& draws) {
         record.normalFromModel[0].w = static_cast<float>(firstLight(
             {draw.lights.indices.begin(), draw.lights.indices.begin() + draw.lights.count}));
         const bool hasColors = scene_->meshes[scene_->instances[draw.instance].mesh].hasColors;
+        const float faces = draw.faces == DrawnFaces::front  ? 0.25f
+                            : draw.faces == DrawnFaces::back ? 0.125f
+                                                             : 0.0f;
         record.normalFromModel[1].w =
-            static_cast<float>(draw.lights.count) + (hasColors ? 0.0f : 0.5f);
+            static_cast<float>(draw.lights.count) + (hasColors ? 0.0f : 0.5f) + faces;
         if (draw.middle) record.normalFromModel[0].w = *draw.middle;
         if (draw.label) record.normalFromModel[2].w = static_cast<float>(*draw.label);
         if (surfaceLight_) record.normalFromModel[2].w = firstLightValue(draw.instance);

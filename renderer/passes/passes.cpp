@@ -84,8 +84,7 @@ void bindView(PassResources& resources, const PassInput& input, const PassView& 
                                     static_cast<float>(view.clipPlane->w));
     }
     const TargetSpec& target = input.target().spec();
-    block.picture = {target.width, target.height,
-                     0.5 * target.height * view.clipFromView[1][1] * input.plan.perMetre,
+    block.picture = {target.width, target.height, 0.5 * target.height * view.clipFromView[1][1],
                      input.plan.perMetre};
     if (seen.backdrop != kNoTarget) {
         block.backdrop.x = static_cast<float>(input.read(seen.backdrop).spec().levels - 1);

@@ -420,8 +420,21 @@ void execute(PassResources& resources, const PassInput& input, const MeasureInst
     resources.instances = counts.all();
 }
 
-void execute(PassResources&, const PassInput& input, const CopyBackdrop& work) {
-    input.read(work.source).readable(work.face).resolveInto(input.target().drawn());
+void execute(PassResources& resources, const PassInput& input, const CopyBackdrop& work) {
+    const Target& source = input.read(work.source);
+    const bool isBlurred = input.target().spec().levels > 1;
+    if (!isBlurred || source.spec().kind == TargetKind::cube) {
+        source.readable(work.face).resolveInto(input.target().drawn());
+    } else {
+        gl::apply(gl::State{});
+        gl::apply(gl::Facing{.cullBack = false});
+        input.target().drawn().bind();
+        source.texture().bind(UNIT_SOURCE);
+        resources.samplers.sampler({}).bind(UNIT_SOURCE);
+        resources.shaders.program({"fullscreen.vert", "backdrop.frag"}).use();
+        resources.noVertices.bind();
+        gl::drawTriangle();
+    }
     input.target().makeLevels();
 }
 

@@ -34,6 +34,10 @@ vec2 numbersOfTurn() {
             fractionOf(u.y + 0.56984029f * static_cast<float>(step))};
 }
 
+bool sharesLobe() {
+    return scatter.count > 1;
+}
+
 // A microfacet normal, sampled from those visible along `along`; the surface's own if a single path
 // represents the lobe.
 vec3 facetAt(vec3 normal, vec3 along, float alpha) {
@@ -53,10 +57,9 @@ vec3 withinLobe(vec3 along, float lobe) {
                      frame[1] * (slope * sin(2.0f * kPi * u.x)));
 }
 
-// Slope of one rough face in that of two (glassSpread()), and of one inside a body, where rays turn
-// less by its index; that of common glass.
-constexpr float kOneOfTwoFaces = 0.57735027f;
-constexpr float kInside = kOneOfTwoFaces / 1.5f;
+// The slope of one rough face in that of two, inside a body, where rays turn less by its index;
+// that of common glass.
+const float kInside = kOneOfTwoFaces / 1.5f;
 
 vec3 beyondPane(vec3 along, float lobe) {
     return withinLobe(withinLobe(along, kOneOfTwoFaces * lobe), kOneOfTwoFaces * lobe);

@@ -79,10 +79,11 @@ struct Dispersion {
 };
 thread_local Dispersion dispersion;
 
-// Hooks of ray_path.glsl; the first three follow the includes.
+// Hooks of ray_path.glsl; the first four follow the includes.
 float iorOfPath(float ior, float amount);
 vec3 facetAt(vec3 normal, vec3 along, float alpha);
 vec3 beyondPane(vec3 along, float lobe);
+bool sharesLobe();
 vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first);
 uvec4 surfaceLightRow(int value, int row) {
     return row < SURFACE_LIGHT_ROWS

@@ -38,6 +38,10 @@ vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres
     return met.met ? vec3(0.0f) : vec3(met.share.x, met.share.y, met.share.z);
 }
 
+float lampBeforeFarWall(vec3, float) {
+    return 1.0f;  // paths tell no near walls
+}
+
 glm::vec3 plain(vec3 v) {
     return {v.x, v.y, v.z};
 }

@@ -7,3 +7,16 @@ const float kFarShare = 16.0f;
 float distanceShare(float metres, float perMetre) {
     return clamp(metres * perMetre, 0.0f, kFarShare);
 }
+
+// Of a picture that is blurred: falls with the square of the distance, so that near things count in a mean
+// with the sky. Greater than any distance share, and positive.
+const float kInverseSquare = 4.0f;  // of the sky: a 64th, the least step of a half there
+float asInverseSquare(float share) {
+    float near = max(share, 0.01f);  // finite as a half
+    return kFarShare + kInverseSquare / (near * near);
+}
+// The share of either.
+float shareStored(float stored) {
+    float inverse = stored - kFarShare;
+    return inverse > 0.0f ? min(sqrt(kInverseSquare / inverse), kFarShare) : stored;
+}

@@ -253,5 +253,7 @@ float glassSpread(float alpha, float cosTheta, float ior) {
     float g = sqrt(max(e2MinusOne + c * c, 0.0f));
     return 1.7320508f * clamp(alpha, 0.0f, 1.0f) * abs(e2MinusOne / (g + c)) * inversesqrt(c);
 }
+// The slope of one rough face in that of two.
+const float kOneOfTwoFaces = 0.57735027f;
 
 #endif

@@ -1,18 +1,23 @@
 // Glass over a backdrop: the light behind it is read from a copy of the picture drawn so far, at the
-// point where the ray that leaves the glass hits the scene. After reflection.glsl and lampsAt().
+// point where the ray that leaves the glass hits the scene. After reflection.glsl and lampsOn().
 
 layout(binding = UNIT_BACKDROP) uniform sampler2D backdrop;
 // Outward normals of the nearest back faces, and their distances; alpha 0 without a back face.
 layout(binding = UNIT_BACK_FACES) uniform sampler2D backFaces;
 
-// Metres along a ray that leaves the glass at `exit` until it is as far from the eye as the object
-// that the backdrop shows at `at`, blurred over half the lobe.
-float beyondGlass(vec3 exit, vec3 towards, vec2 at, float lod) {
-    float far = textureLod(backdrop, at, lod).a / view.picture.w;
+// Metres along a ray that leaves the glass at `exit` until it is so far from the eye.
+float metresBeyond(vec3 exit, vec3 towards, float far) {
     float along = dot(exit, towards);
     float root = sqrt(max(along * along + (far * far - dot(exit, exit)), 0.0f));
     return max(root - along, 0.0f);
 }
+// Until it is as far as the object that the backdrop shows at `at`.
+float beyondGlass(vec3 exit, vec3 towards, vec2 at, float lod) {
+    float stored = textureLod(backdrop, at, lod).a;
+    return metresBeyond(exit, towards, shareStored(stored) / view.picture.w);
+}
+// A blurred backdrop so many times as far as things can be shows the sky only.
+const float kOnlySky = 4.0f;
 
 vec3 projected(vec3 point) {  // texture coordinates; z: how far in front of the eye
     vec4 clip = view.clipFromEye * vec4(point, 1.0f);
@@ -29,18 +34,41 @@ vec3 surroundingsAlong(Surface s, vec3 towards, float roughness) {
     return reachingSurface(s, towards, backgroundAlong(towards, roughness));
 }
 
-// Light along a ray that has left the glass. Where the picture ends, a body shows its surroundings.
-vec3 behindGlass(Surface s, vec3 exit, vec3 towards, float spread) {
+// A lobe as the mean of two blurred pictures. A read from a level whose texels are w wide is the mean under
+// nearly a Gaussian of deviation w / 2 (the texel, and linear interpolation between texels). Two of these with
+// 0.55 and 1.5 times the median slope s have the energy of GGX within s (0.50), 2 s (0.79, GGX 0.80) and in the
+// middle (0.30 / s^2, GGX 0.32). lod: see lobeLod(), sqrt(6) s wide.
+vec3 blurredBackdrop(vec2 at, float lod) {
+    if (lod <= 0.0f) return textureLod(backdrop, at, 0.0f).rgb;
     float last = view.backdrop.x;
-    float wide = min(0.5f * lobeLod(spread, view.picture.z), last);
-    // First guess: the ray hits the object behind its exit; second guess: the object at the first.
-    vec3 here = projected(exit);
-    float first = beyondGlass(exit, towards, here.xy, wide);
+    return 0.5f * (textureLod(backdrop, at, clamp(lod - 1.155f, 0.0f, last)).rgb +
+                   textureLod(backdrop, at, min(lod + 0.293f, last)).rgb);
+}
+
+// Light along a ray that has left the glass. Where the picture ends, a body shows its surroundings.
+vec3 behindGlass(Surface s, vec3 exit, vec3 towards, float lobe) {
+    float spread = lobe * inversesqrt(1.0f + kSteepFacets * lobe * s.roughness * s.roughness);
+    float last = view.backdrop.x;
+    float away = length(exit);
+    // First guess: the ray hits what is behind its exit; second guess: what is at the first.
+    float first = beyondGlass(exit, towards, projected(exit).xy, 0.0f);
     vec3 guess = projected(exit + towards * first);
-    float beyond = guess.z > 0.0f ? beyondGlass(exit, towards, guess.xy, wide) : first;
+    vec2 at = guess.z > 0.0f ? guess.xy : projected(exit).xy;
+    float second = beyondGlass(exit, towards, at, 0.0f);
+    // What is nearer in a quarter of the lobe is blurred as it is there; the sky bears that. Things are as
+    // far as the scene reaches, at most.
+    float wide = lobeLod(spread, 0.25f * view.picture.z * lobeReach(away, second));
+    float around = shareStored(textureLod(backdrop, at, min(wide, last)).a);
+    float farthest = away * view.picture.w + 1.0f;
+    float beyond =
+        min(second, metresBeyond(exit, towards, min(around, farthest) / view.picture.w));
     vec3 there = projected(exit + towards * beyond);
-    float lod = min(lobeLod(spread, view.picture.z * lobeReach(length(exit), beyond)), last);
-    vec3 seen = textureLod(backdrop, there.xy, lod).rgb;
+    vec3 seen = blurredBackdrop(there.xy, lobeLod(spread, view.picture.z * lobeReach(away, beyond)));
+    // Where all that is the sky, the map has it without things near the lobe.
+    if (wide > 0.0f && around > farthest) {
+        float sky = smoothstep(farthest, kOnlySky * farthest, around);
+        seen = mix(seen, backgroundAlong(towards, min(spread, 1.0f)), sky);
+    }
     // Beyond the edge of the picture a pane shows the colour at the edge, which is close to the right
     // one; a body refracts rays too far for that and shows the environment. relMSE compared with traced
     // paths, for glass at the edge of five pictures, three of them indoors: the colour at the edge has
@@ -103,6 +131,26 @@ Glass glassAt(vec3 baseColor) {
     g.ior = material.glass.y;
     g.tint = baseColor;
     return g;
+}
+
+// The backdrop of a near wall shows the far one.
+float lampBeforeFarWall(vec3 place, float metres) {
+    vec3 at = projected(place);
+    if (!(metres > 0.0f) || at.z <= 0.0f) return 0.0f;
+    float far = shareStored(textureLod(backdrop, at.xy, 0.0f).a);
+    return far > view.picture.w * length(place) ? 1.0f : 0.0f;
+}
+
+// Radiance of the lamps behind rough glass. spread: see glassSpread(). The near wall of a shell, which turns
+// rays from the eye before the far one does, blurs the picture of that but not the directions in which it
+// is seen.
+const float kBothWalls = 1.4142136f;
+vec3 lampsBehind(Surface s, vec3 position, Crossing way, float ior, float spread) {
+    if (!has(FEATURE_LIGHTS) || s.roughness < kMinRoughness) return vec3(0.0f);
+    Surface back = behindPane(s, isFarWall() ? kBothWalls * spread : spread);
+    if (has(FEATURE_SOLID)) back = behindBody(s, way.direction, way.path, ior, spread);
+    back.inner = has(FEATURE_BACKDROP) && isNearWall();
+    return lampsOn(back, position + way.offset);
 }
 
 // Radiance towards the eye from the environment and the scene.
@@ -186,6 +234,7 @@ GlassLight glassLight(Surface s, vec3 position, Glass g) {
         behind.b = seenThrough(s, blue, position, spread).b;
     }
 #endif
+    behind += lampsBehind(s, position, way, g.ior, spread);
     vec3 mirrored = reflectedRadiance(s, position);
     return GlassLight(mirrored, shares.reflected * mirrored + shares.transmitted * g.tint * behind,
                       shares.reflected, vec3(0.0f));
@@ -214,6 +263,7 @@ GlassLight tracedGlassLight(Surface s, vec3 position, Glass g) {
     if (!inside) shares = underFilm(shares, s.layers, c, fresnel);
     float lobe = glassSpread(s.roughness * s.roughness, c, g.ior);
     GlassRays rays = tracedThrough(s, position, aside, through, lobe);
+    if (!has(FEATURE_SOLID)) rays.through += lampsBehind(s, position, way, g.ior, lobe);
     vec3 absorbed = inside ? clear : vec3(1.0f);  // on the way to the eye
     vec3 mirroredShare = absorbed * shares.reflected;
     vec3 throughShare = absorbed * shares.transmitted * (inside ? vec3(1.0f) : g.tint);

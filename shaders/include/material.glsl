@@ -26,7 +26,7 @@ vec4 baseColorAt() {
     if (has(FEATURE_BASE_COLOR_MAP)) color *= texture(baseColorMap, texCoordOf(UNIT_BASE_COLOR));
     // Interpolated, white is not always exactly 1.
     if (has(FEATURE_VERTEX_COLOR) && viewHas(VIEW_SHARED_PROGRAMS))
-        color *= fract(drawNumbers.y) > 0.0f ? vec4(1.0f) : vertexColor;
+        color *= fract(drawNumbers.y) >= 0.5f ? vec4(1.0f) : vertexColor;
     else if (has(FEATURE_VERTEX_COLOR))
         color *= vertexColor;
     return color;

@@ -181,6 +181,17 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
             vec3 through = shares.transmitted * tint;
             vec3 followed = leaves ? vec3(1.0f) : crosses ? through : shares.reflected;
             vec3 other = crosses ? mirrored : bent.direction;
+            if (hitHas(FEATURE_LIGHTS) && crosses && (pane || leaves) && m.roughness >= kMinRoughness) {
+                Surface s = surfaceOf(m, -along, kMinCosine);
+                Surface lobe = behindPane(s, spread);
+                if (leaves) {
+                    // Of the last face alone where other paths have turned at the first.
+                    vec3 straight = refracted(along, normal, eta).direction;
+                    lobe = sharesLobe() ? behindBody(s, straight, 0.0f, p.glass.y, kOneOfTwoFaces * spread)
+                                        : behindBody(s, straight, travelled, p.glass.y, spread);
+                }
+                sum += weight * part * followed * lampsAtHit(p, lobe);
+            }
             if (!leaves) {
                 vec3 left = crosses ? shares.reflected : through;
                 sum += weight * part * left * surroundingsAtEnd(p, other, cone, direct && !crosses);

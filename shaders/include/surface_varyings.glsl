@@ -20,8 +20,8 @@ centroid VARYING vec2 lightSides;
 centroid VARYING vec3 lightEmitted;
 centroid VARYING vec3 lightEmittedFlux;
 flat VARYING float modelScale;  // metres for each unit of the mesh's space
-// First light; number of lights, with a half added if the mesh has no colours; object id or what it
-// is seen as.
+// First light; number of lights, with a half added if the mesh has no colours, a quarter if only front
+// faces are drawn, an eighth if only back faces are: the walls of a shell; object id or what it is seen as.
 flat VARYING vec3 drawNumbers;
 
 // Macros, not functions: the driver's compiler removes `if (false)` while it parses, but a call only

@@ -104,3 +104,6 @@ vec3 beyondPane(vec3 along, float lobe) {
 float lobeOfPath(float lobe) {
     return lobe;
 }
+bool sharesLobe() {
+    return false;
+}

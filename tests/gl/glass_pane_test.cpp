@@ -1,5 +1,6 @@
 // Panes over a backdrop and traced, compared with their optics in double precision.
 #include "glass_truth.h"
+#include "reference/reference.h"
 
 namespace clerestory::test {
 namespace {
@@ -148,9 +149,9 @@ TEST_F(GlassPictures, OfTintedPanesApplyBaseColorOnce) {
 }
 
 // The far wall of a ball with thin walls is seen through its near one, and what is within through
-// the near one alone.
+// the near one alone. Rough walls blur little more than what is within.
 TEST_F(GlassPictures, OfShellsShowBothWalls) {
-    for (const float roughness : {0.0f, 0.4f}) {
+    for (const float roughness : {0.0f, 0.2f}) {
         for (const bool within : {false, true}) {
             Scene scene;
             place(scene, quad(300.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -80));
@@ -168,6 +169,37 @@ TEST_F(GlassPictures, OfShellsShowBothWalls) {
                 EXPECT_NEAR(seen[i], walls * (within ? pane.baseColor[i] : 1.0f), 4e-3)
                     << roughness << ' ' << within;
             }
+        }
+    }
+}
+
+// The blur of rough panes is that of the path tracer, whatever the unit of the scene is: a lamp of
+// 1 m, 2 m behind a pane.
+TEST_F(GlassPictures, OfRoughPanesAreThoseOfTheReference) {
+    const EnvironmentMap black = constantEnvironment("black", glm::vec3(0.0f));
+    for (const double unit : {0.01, 1.0, 100.0}) {
+        for (const float roughness : {0.3f, 0.5f}) {
+            Scene scene;
+            const auto half = [&](double metres) { return static_cast<float>(unit * metres); };
+            place(scene, quad(half(0.5), addMaterial(scene, glowing({1, 1, 1}))),
+                  moved(0, 0, -2 * unit));
+            place(scene, quad(half(6.0), addMaterial(scene, clearGlass(1.5f, roughness))));
+            FrameRequest r = through(Scene(scene), "rough", {0, 0, 2 * unit});
+            r.camera.znear = 0.01 * unit;
+            r.width = r.height = 64;
+            const auto truth = traceReference({.scene = scene,
+                                               .frame = r,
+                                               .environment = black,
+                                               .mode = ReferenceMode::full,
+                                               .samples = 256});
+            const Image image = renderer().render(r).image;
+            double difference = 0.0, light = 0.0;
+            for (std::uint32_t i = 0; i < r.width * r.height; ++i) {
+                const double expected = truth->color.floats()[3 * i];
+                difference += std::abs(color(image, i % r.width, i / r.width).x - expected);
+                light += expected;
+            }
+            EXPECT_LT(difference / light, 0.35) << unit << ' ' << roughness;
         }
     }
 }
