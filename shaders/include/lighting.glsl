@@ -361,7 +361,7 @@ Surface behindBody(IN(Surface) s, vec3 towards, float path, float ior, float spr
 }
 
 // For a lamp so many metres behind the second face: rays that the first face turns leave the second one
-// beside its middle, and so from another direction to the lamp.
+// next to its middle, and so from another direction to the lamp.
 Surface beforeLamp(IN(Surface) s, float metres) {
     Surface wide = s;
     if (s.bends && metres > 0.0f) {

@@ -74,7 +74,7 @@ TEST_F(LampsBehindGlass, AreHiddenByWhatIsBetween) {
     }
 }
 
-// From several sides, near the lamp's direction and beside it.
+// From several sides, near the lamp's direction and next to it.
 TEST_F(LampsBehindGlass, AreThoseOfTheReference) {
     const EnvironmentMap black = constantEnvironment("black", glm::vec3(0.0f));
     for (const float thickness : {0.0f, 1.0f}) {
