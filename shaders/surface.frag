@@ -12,6 +12,7 @@
 #if SHADES_GLASS || TRACES_RAYS
 #include "include/glass.glsl"
 #endif
+#define SCATTERS_LAMPS (SHADES_GLASS || (TRACES_RAYS && !RECORDS_RAYS))
 #include "include/shadow.glsl"
 #include "include/lighting.glsl"
 #if TRACES_RAYS

@@ -94,6 +94,7 @@ float lobeOfPath(float lobe) {
     return lobe * scatter.narrow;
 }
 
+#define SCATTERS_LAMPS 1
 #define view (scene->viewBlock)
 #define tracing (scene->tracingBlock)
 #define VARIANT (scene->features)

@@ -46,9 +46,11 @@ struct Surface {
     float masking;  // Smith's root for the eye
     vec3 bounces;   // factor for several bounces between microfacets (Turquin 2019)
     bool averages;  // highlights are averaged over `covered`
+#if SCATTERS_LAMPS
     bool bends;     // the lobe is that of light bent by two faces; see lampsBehind()
     float between;  // metres between these faces, over the index of what is there
     bool inner;     // of such a lobe: lamps behind the far wall do not count, which scatters their light
+#endif
     float densest, clearcoatDensest;  // no mean is denser than this
     Covered covered;
     Covered clearcoatCovered;  // if the coat has lobes of lamps
@@ -109,9 +111,11 @@ Surface surfaceOf(IN(MaterialPoint) m, vec3 toEye, float leastCosine) {
     s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
     s.shadowOffset = m.twoSided > 0.5f ? kTwoSidedShadowOffset : kOneSidedShadowOffset;
     s.averages = false;
+#if SCATTERS_LAMPS
     s.bends = false;
     s.between = 0.0f;
     s.inner = false;
+#endif
     s.belowSheen = 1.0f;
     s.belowClearcoat = 1.0f;
     if (shades(LAYER_SHEEN)) {
@@ -249,11 +253,13 @@ vec3 evalBaseLight(IN(Surface) s, vec3 toLight, float nDotL) {
     if (shades(LAYER_ANISOTROPY)) {
         lobe = s.layers.anisotropy > 0.0f ? grainLobe(s, toLight, halfway, nDotL) : lobe;
     }
+#if SCATTERS_LAMPS
     if (s.bends) {  // facets bend light less than in proportion to their slope
         float nDotH = dot(s.normal, halfway) * perLength;
         float turn = max(2.0f * nDotH * nDotH - 1.0f, 0.0f);
         lobe *= turn * turn;
     }
+#endif
     return fresnel * s.bounces * lobe +
            max(nDotL, 0.0f) * below * (1.0f / kPi) * s.diffuse;
 }
@@ -306,6 +312,8 @@ Surface facingDisc(IN(Surface) s, float metres, int first) {
 }
 
 // ---- lamps behind rough glass -------------------------------------------------------------------
+// Only in programs that shade it (SCATTERS_LAMPS): others neither parse it nor test for it at each lamp.
+#if SCATTERS_LAMPS
 
 // Energy that the lobe gains about its middle because steep facets bend light less than in proportion to
 // their slope, per alpha and spread; see also evalBaseLight(). Fitted to facets sampled on both faces at
@@ -371,6 +379,11 @@ Surface beforeLamp(IN(Surface) s, float metres) {
     return wide;
 }
 
+// 1 for a lamp that is nearer than what is seen behind the near wall of a shell, else 0. place: in eye
+// space; metres: as ArrivingLight.
+float lampBeforeFarWall(vec3 place, float metres);
+#endif
+
 // Whether light from this direction can contribute: on the side of the eye, through the surface, or
 // by a coat with another normal.
 bool isLit(float nDotL) {
@@ -382,10 +395,6 @@ vec3 sideOf(IN(Surface) s, float nDotL) {
     return shades(LAYER_DIFFUSE_TRANSMISSION) && nDotL < 0.0f ? -s.normal : s.normal;
 }
 
-// 1 for a lamp that is nearer than what is seen behind the near wall of a shell, else 0. place: in eye
-// space; metres: as ArrivingLight.
-float lampBeforeFarWall(vec3 place, float metres);
-
 // Of a directional lamp whose rows in the table begin at `first`.
 vec3 sunLight(IN(Surface) s, vec3 position, int first) {
     vec3 toLight = texelFetch(lightTable, first).xyz;
@@ -395,7 +404,9 @@ vec3 sunLight(IN(Surface) s, vec3 position, int first) {
         power *= shadowAt(position, s.shadowOffset * sideOf(s, nDotL), toLight, toLight, 0.0f,
                           first);
     }
+#if SCATTERS_LAMPS
     if (s.inner) power *= lampBeforeFarWall(toLight, 0.0f);
+#endif
     return power * evalDirectLight(facingDisc(s, 0.0f, first), toLight, nDotL);
 }
 
@@ -436,14 +447,20 @@ vec3 lampLight(IN(Surface) s, vec3 position, int first, bool limited) {
     vec3 sum = vec3(0.0f);
     if (isLit(lamp.nDotL) && lamp.falloff > 0.0f) {
         vec3 light = lamp.power * lamp.falloff;
+#if SCATTERS_LAMPS
         if (s.inner) light *= lampBeforeFarWall(lamp.place, lamp.metres);
+#endif
         if (viewHas(VIEW_SHADOWS)) {
             light *= shadowAt(position, s.shadowOffset * sideOf(s, lamp.nDotL), lamp.place,
                               lamp.toLight, lamp.metres, first);
         }
         if (!viewHas(VIEW_SHADOWS) || maxComponent(light) > 0.0f) {
+#if SCATTERS_LAMPS
             sum = light * evalDirectLight(beforeLamp(facingDisc(s, lamp.metres, first), lamp.metres),
                                           lamp.toLight, lamp.nDotL);
+#else
+            sum = light * evalDirectLight(facingDisc(s, lamp.metres, first), lamp.toLight, lamp.nDotL);
+#endif
         }
     }
     return sum;
