@@ -8,5 +8,5 @@ out vec4 color;
 
 void main() {
     color = texelFetch(source, ivec2(gl_FragCoord.xy), 0);
-    color.a = asInverseSquare(color.a);
+    color.a = asInverse(color.a);
 }

@@ -8,15 +8,13 @@ float distanceShare(float metres, float perMetre) {
     return clamp(metres * perMetre, 0.0f, kFarShare);
 }
 
-// Of a picture that is blurred: falls with the square of the distance, so that near things count in a mean
-// with the sky. Greater than any distance share, and positive.
-const float kInverseSquare = 4.0f;  // of the sky: a 64th, the least step of a half there
-float asInverseSquare(float share) {
-    float near = max(share, 0.01f);  // finite as a half
-    return kFarShare + kInverseSquare / (near * near);
+// Of a picture that is blurred: falls with the distance, so that near things count in a mean with the sky.
+// Greater than any distance share.
+float asInverse(float share) {
+    return kFarShare + kFarShare / max(share, 3e-4f);  // finite as a half
 }
 // The share of either.
 float shareStored(float stored) {
     float inverse = stored - kFarShare;
-    return inverse > 0.0f ? min(sqrt(kInverseSquare / inverse), kFarShare) : stored;
+    return inverse > 0.0f ? min(kFarShare / inverse, kFarShare) : stored;
 }

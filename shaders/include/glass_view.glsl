@@ -55,20 +55,26 @@ vec3 behindGlass(Surface s, vec3 exit, vec3 towards, float lobe) {
     vec3 guess = projected(exit + towards * first);
     vec2 at = guess.z > 0.0f ? guess.xy : projected(exit).xy;
     float second = beyondGlass(exit, towards, at, 0.0f);
-    // What is nearer in a quarter of the lobe is blurred as it is there; the sky bears that. Things are as
-    // far as the scene reaches, at most.
+    float beyond = second;
+    float sky = 0.0f;
     float wide = lobeLod(spread, 0.25f * view.picture.z * lobeReach(away, second));
-    float around = shareStored(textureLod(backdrop, at, min(wide, last)).a);
-    float farthest = away * view.picture.w + 1.0f;
-    float beyond =
-        min(second, metresBeyond(exit, towards, min(around, farthest) / view.picture.w));
+    if (wide > 0.0f) {
+        // What is nearer in a quarter of the lobe is blurred as it is there, and the sky next to it with it.
+        // Things are at most as far as the scene reaches; where all that is the sky, the map has it without
+        // things near the lobe.
+        float around = shareStored(textureLod(backdrop, at, min(wide, last)).a);
+        float farthest = away * view.picture.w + 1.0f;
+        // Next to a thing the mean with the sky is farther than the thing, which is behind the glass: it is
+        // taken as a third of the way, in logarithms, from the glass.
+        float things = min(around, farthest);
+        float glass = max(away * view.picture.w, 1e-6f);
+        if (second * view.picture.w > farthest) things = glass * pow(things / glass, 1.0f / 3.0f);
+        beyond = min(second, metresBeyond(exit, towards, things / view.picture.w));
+        sky = smoothstep(farthest, kOnlySky * farthest, around);
+    }
     vec3 there = projected(exit + towards * beyond);
     vec3 seen = blurredBackdrop(there.xy, lobeLod(spread, view.picture.z * lobeReach(away, beyond)));
-    // Where all that is the sky, the map has it without things near the lobe.
-    if (wide > 0.0f && around > farthest) {
-        float sky = smoothstep(farthest, kOnlySky * farthest, around);
-        seen = mix(seen, backgroundAlong(towards, min(spread, 1.0f)), sky);
-    }
+    if (sky > 0.0f) seen = mix(seen, backgroundAlong(towards, min(spread, 1.0f)), sky);
     // Beyond the edge of the picture a pane shows the colour at the edge, which is close to the right
     // one; a body refracts rays too far for that and shows the environment. relMSE compared with traced
     // paths, for glass at the edge of five pictures, three of them indoors: the colour at the edge has

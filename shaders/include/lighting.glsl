@@ -47,7 +47,7 @@ struct Surface {
     vec3 bounces;   // factor for several bounces between microfacets (Turquin 2019)
     bool averages;  // highlights are averaged over `covered`
 #if SCATTERS_LAMPS
-    bool bends;     // the lobe is that of light bent by two faces; see lampsBehind()
+    bool bends;     // the lobe is that of light bent by two faces; see scattering.glsl
     float between;  // metres between these faces, over the index of what is there
     bool inner;     // of such a lobe: lamps behind the far wall do not count, which scatters their light
 #endif
@@ -311,77 +311,8 @@ Surface facingDisc(IN(Surface) s, float metres, int first) {
     return widened(s, slope * slope);
 }
 
-// ---- lamps behind rough glass -------------------------------------------------------------------
-// Only in programs that shade it (SCATTERS_LAMPS): others neither parse it nor test for it at each lamp.
 #if SCATTERS_LAMPS
-
-// Energy that the lobe gains about its middle because steep facets bend light less than in proportion to
-// their slope, per alpha and spread; see also evalBaseLight(). Fitted to facets sampled on both faces at
-// normal incidence: within 10 % up to 40 degrees for indices of 1.3 to 1.8 and alpha up to 0.64.
-const float kSteepFacets = 2.2f;
-
-// The lobe in which rough glass scatters the light of lamps behind it towards the eye, as a surface that
-// reflects all light: the highlight of a mirror behind the glass that sends the ray from the eye back along
-// its way. Through clearer glass than kMinRoughness a lamp is not seen, as without any. spread: see
-// glassSpread().
-Surface scatteringBehind(IN(Surface) s, float spread) {
-    Surface back = s;
-    back.diffuse = vec3(0.0f);
-    back.f0 = vec3(1.0f);
-    back.f90 = 1.0f;
-    back.bounces = vec3(1.0f + kSteepFacets * spread * s.roughness * s.roughness);
-    back.bends = true;
-    back.between = 0.0f;
-    back.averages = false;  // straight through, whatever the normal is
-    back.belowSheen = 1.0f;
-    back.belowClearcoat = 1.0f;
-    back.layers.anisotropy = 0.0f;
-    back.layers.through = vec3(0.0f);
-    back.layers.sheen = vec3(0.0f);
-    back.layers.clearcoat = 0.0f;
-    return back;
-}
-Surface withAlpha(IN(Surface) s, float alpha) {
-    Surface other = s;
-    float bounded = min(alpha, 1.0f);
-    other.alphaSquared = bounded * bounded;
-    other.masking =
-        sqrt(other.alphaSquared + (1.0f - other.alphaSquared) * other.nDotV * other.nDotV);
-    return other;
-}
-// Of a pane. A tilted facet turns a ray in proportion to 1 / nDotV in the plane of incidence, as a mirror
-// does; `spread` is the mean over both planes.
-Surface behindPane(IN(Surface) s, float spread) {
-    Surface back = scatteringBehind(s, spread);
-    // Across a fold of smoothed normals the side of the eye is theirs, not that of the triangles.
-    back.normal = dot(s.normal, s.toEye) < 0.0f ? s.normal : -s.normal;
-    back.toEye = reflect(s.toEye, s.normal);
-    return withAlpha(back, 0.5f * spread * inversesqrt(s.nDotV));
-}
-// Of a body that the ray from the eye leaves along `towards` after `path` metres in it.
-Surface behindBody(IN(Surface) s, vec3 towards, float path, float ior, float spread) {
-    Surface back = scatteringBehind(s, spread);
-    back.normal = towards;
-    back.toEye = towards;
-    back.nDotV = 1.0f;
-    back.between = path / max(ior, 1.0f);
-    return withAlpha(back, 0.5f * spread);
-}
-
-// For a lamp so many metres behind the second face: rays that the first face turns leave the second one
-// next to its middle, and so from another direction to the lamp.
-Surface beforeLamp(IN(Surface) s, float metres) {
-    Surface wide = s;
-    if (s.bends && metres > 0.0f) {
-        float turn = 1.0f + s.between / max(metres, 1e-3f * s.between);
-        wide.alphaSquared = min(0.5f * (1.0f + turn * turn) * s.alphaSquared, 1.0f);
-    }
-    return wide;
-}
-
-// 1 for a lamp that is nearer than what is seen behind the near wall of a shell, else 0. place: in eye
-// space; metres: as ArrivingLight.
-float lampBeforeFarWall(vec3 place, float metres);
+#include "include/scattering.glsl"
 #endif
 
 // Whether light from this direction can contribute: on the side of the eye, through the surface, or

@@ -1,6 +1,7 @@
 // Glass scenes, and the optics of panes in double precision to compare with.
 #pragma once
 
+#include "reference/reference.h"
 #include "sight.h"
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -65,6 +66,18 @@ inline double paneTransmits(double cosine, double ior, double clear = 1.0) {
 }
 inline double paneReflects(double cosine, double ior) {
     return 1.0 - paneTransmits(cosine, ior);
+}
+
+// What the path tracer sees in the dark, by pixels: the red channel.
+inline std::vector<double> tracedPixels(const Scene& scene, const FrameRequest& r) {
+    const auto truth = traceReference({.scene = scene,
+                                       .frame = r,
+                                       .environment = constantEnvironment("black", glm::vec3(0.0f)),
+                                       .mode = ReferenceMode::full,
+                                       .samples = 256});
+    std::vector<double> pixels(truth->objectId.size());
+    for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = truth->color.floats()[3 * i];
+    return pixels;
 }
 
 }  // namespace clerestory::test
