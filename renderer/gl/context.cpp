@@ -37,6 +37,19 @@ bool hasExtension(const std::string& wanted) {
     return false;
 }
 
+// Whether the driver compiles in threads of its own; then it may use as many as it likes.
+bool allowCompilerThreads() {
+    for (const char* vendor : {"KHR", "ARB"}) {
+        if (!hasExtension(std::string("GL_") + vendor + "_parallel_shader_compile")) continue;
+        const auto setThreads = reinterpret_cast<void (*)(GLuint)>(
+            eglGetProcAddress((std::string("glMaxShaderCompilerThreads") + vendor).c_str()));
+        if (!setThreads) continue;
+        setThreads(~0u);
+        return true;
+    }
+    return false;
+}
+
 // Compares the driver's clock with ours over some work.
 bool timestampsAgreeWithWallClock() {
     using Clock = std::chrono::steady_clock;
@@ -168,6 +181,8 @@ void Context::findCapabilities(const std::string& platform) {
     }
     // A graphics card would read such buffers over the bus, at each draw.
     c.readsClientMemory = c.software && hasExtension("GL_AMD_pinned_memory");
+    // Mesa's rasteriser compiles when a program is first drawn with.
+    c.compilesInThreads = !c.software && allowCompilerThreads();
     // The context may not have the requested reset notification.
     c.tellsOfResets = resetStatus_ && integer(GL_RESET_NOTIFICATION_STRATEGY) ==
                                           static_cast<int>(GL_LOSE_CONTEXT_ON_RESET);

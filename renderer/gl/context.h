@@ -49,13 +49,13 @@ public:
     void setState(std::uint32_t state) { set(state_, state); }
     void setTarget(std::uint32_t target) { set(target_, target); }
 
-    // Runs `call`, which links a program.
+    // Runs `call`, which begins to compile a program or waits for its end.
     template <class Call>
-    auto link(Call&& call) {
-        ++counters_.programs;
+    auto compile(Call&& call) {
         const Timed timed(*this);
         return call();
     }
+    void countProgram() { ++counters_.programs; }
     // Runs `call`, which draws; watches it if it is the first with this combination.
     template <class Call>
     void draw(Call&& call) {

@@ -3,6 +3,7 @@
 #include "gl/api.h"
 #include "gl/context.h"
 
+#include <array>
 #include <cstddef>
 #include <stdexcept>
 #include <vector>
@@ -10,19 +11,37 @@
 namespace clerestory::gl {
 namespace {
 
-Name compiled(GLenum stage, const std::string& name, const std::string& source) {
+Name begunShader(GLenum stage, const std::string& source) {
     const GLuint shader = glCreateShader(stage);
     const char* text = source.c_str();
     glShaderSource(shader, 1, &text, nullptr);
     glCompileShader(shader);
+    return shader;
+}
+
+void throwUnlessCompiled(Name shader, const std::string& name) {
     GLint ok = 0, length = 0;
     glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
-    if (ok) return shader;
+    if (ok) return;
     glGetShaderiv(shader, GL_INFO_LOG_LENGTH, &length);
     std::string log(static_cast<std::size_t>(length), ' ');
     glGetShaderInfoLog(shader, length, nullptr, log.data());
-    glDeleteShader(shader);
     throw std::runtime_error("shader " + name + " does not compile: " + log);
+}
+
+Name begunProgram(const ProgramDescription& d) {
+    const GLuint program = glCreateProgram();
+    const Name fragment = begunShader(GL_FRAGMENT_SHADER, d.fragmentSource);
+    for (const Name shader : {d.vertex.name(), fragment}) glAttachShader(program, shader);
+    glDeleteShader(fragment);  // when it is detached
+    glLinkProgram(program);
+    return program;
+}
+
+bool isLinked(Name program) {
+    GLint ok = 0;
+    glGetProgramiv(program, GL_LINK_STATUS, &ok);
+    return ok != 0;
 }
 
 void replaceByBinary(GLuint program) {
@@ -33,33 +52,6 @@ void replaceByBinary(GLuint program) {
     GLenum format = 0;
     glGetProgramBinary(program, size, &size, &format, binary.data());
     glProgramBinary(program, format, binary.data(), size);
-}
-
-Name linked(const ProgramDescription& d) {
-    const GLuint fragment = compiled(GL_FRAGMENT_SHADER, d.name, d.fragmentSource);
-    const GLuint program = glCreateProgram();
-    for (const GLuint shader : {d.vertex.name(), fragment}) glAttachShader(program, shader);
-    glLinkProgram(program);
-    for (const GLuint shader : {d.vertex.name(), fragment}) glDetachShader(program, shader);
-    glDeleteShader(fragment);
-    GLint ok = 0, length = 0;
-    glGetProgramiv(program, GL_LINK_STATUS, &ok);
-    const Context& context = Context::current();
-    if (ok && (d.loadBinary || context.firstUse().programsAreNew) &&
-        context.capabilities().software) {
-        replaceByBinary(program);
-        glGetProgramiv(program, GL_LINK_STATUS, &ok);
-    }
-    if (!ok) {
-        glGetProgramiv(program, GL_INFO_LOG_LENGTH, &length);
-        std::string log(static_cast<std::size_t>(length), ' ');
-        glGetProgramInfoLog(program, length, nullptr, log.data());
-        glDeleteProgram(program);
-        throw std::runtime_error("program " + d.name + " does not link: " + log);
-    }
-    glObjectLabel(GL_PROGRAM, program, static_cast<GLsizei>(d.name.size()), d.name.data());
-    ++Context::current().counters().programs;
-    return program;
 }
 
 void enable(GLenum what, bool on) {
@@ -86,14 +78,45 @@ GLenum functionOf(DepthTest test) {
 }  // namespace
 
 VertexShader::VertexShader(const std::string& name, const std::string& source)
-    : name_(compiled(GL_VERTEX_SHADER, name, source)) {}
+    : name_(begunShader(GL_VERTEX_SHADER, source)) {
+    throwUnlessCompiled(name_.get(), name);
+}
 
 VertexShader::~VertexShader() {
     glDeleteShader(name_.get());
 }
 
 Program::Program(const ProgramDescription& description)
-    : name_(Context::current().firstUse().link([&] { return linked(description); })) {}
+    : label_(description.name),
+      loadBinary_(description.loadBinary),
+      name_(Context::current().firstUse().compile([&] { return begunProgram(description); })) {}
+
+void Program::finish() {
+    if (finished_) return;
+    Context& context = Context::current();
+    context.firstUse().compile([&] {
+        const Name program = name_.get();
+        std::array<GLuint, 2> shaders{};
+        glGetAttachedShaders(program, 2, nullptr, shaders.data());
+        for (const Name shader : shaders) throwUnlessCompiled(shader, label_);
+        const bool replaces = loadBinary_ || context.firstUse().programsAreNew;
+        if (isLinked(program) && replaces && context.capabilities().software) {
+            replaceByBinary(program);
+        }
+        if (!isLinked(program)) {
+            GLint length = 0;
+            glGetProgramiv(program, GL_INFO_LOG_LENGTH, &length);
+            std::string log(static_cast<std::size_t>(length), ' ');
+            glGetProgramInfoLog(program, length, nullptr, log.data());
+            throw std::runtime_error("program " + label_ + " does not link: " + log);
+        }
+        for (const Name shader : shaders) glDetachShader(program, shader);
+        glObjectLabel(GL_PROGRAM, program, static_cast<GLsizei>(label_.size()), label_.data());
+    });
+    context.firstUse().countProgram();
+    ++context.counters().programs;
+    finished_ = true;
+}
 
 Program::~Program() {
     glDeleteProgram(name_.get());

@@ -39,14 +39,22 @@ struct ProgramDescription {
 
 class Program {
 public:
-    // Throws std::runtime_error with the driver's log when it does not compile or link.
+    // Begins to compile. Drivers with Capabilities::compilesInThreads continue while other programs
+    // begin; others have compiled it when this returns.
     explicit Program(const ProgramDescription& description);
     Program(Program&&) = default;
     ~Program();
+    // Waits for the driver, once, before the first use(). Throws std::runtime_error with the
+    // driver's log when the program does not compile or link.
+    void finish();
+    bool finished() const { return finished_; }
     void use() const;
     Name name() const { return name_.get(); }
 
 private:
+    std::string label_;
+    bool loadBinary_ = false;
+    bool finished_ = false;
     OwnedName name_;
 };
 

@@ -173,6 +173,21 @@ void settleSamplers(PassResources& resources) {
     gl::drawTriangle();
 }
 
+ProgramKey keyOf(const FramePlan& plan, const DrawProgram& program, Features features,
+                 std::uint32_t bits) {
+    ProgramKey key{.vertex = program.vertex,
+                   .fragment = program.fragment,
+                   .features = features & program.relevant,
+                   .variant = program.variant,
+                   .view = bits,
+                   .recordsRays = program.recordsRays};
+    if (tracesRays(key)) {  // the plan knows the features of all hits; see hit.glsl
+        key.variant = static_cast<int>(plan.rays->hitFeatures);
+        key.hitLayers = static_cast<std::uint32_t>(plan.rays->hitFeatures >> 32);
+    }
+    return key;
+}
+
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program) {
     const std::uint32_t bits =
@@ -189,19 +204,14 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
         const Draw& draw = draws[i];
         const Features features = draw.features & program.relevant;
         if (boundFeatures != features) {
-            // The plan knows the features of all hits; see hit.glsl.
-            const bool rays = !program.recordsRays &&
-                              (features & (FEATURE_TRACED_REFLECTION | FEATURE_TRACED_GLASS));
-            const int variant =
-                rays ? static_cast<int>(input.plan.rays->hitFeatures) : program.variant;
-            const auto hitLayers =
-                static_cast<std::uint32_t>(rays ? input.plan.rays->hitFeatures >> 32 : 0);
+            const ProgramKey key = keyOf(input.plan, program, features, bits);
+            if (gl::Context::current().capabilities().compilesInThreads &&
+                !resources.shaders.holds(key)) {
+                beginPrograms(resources, input);
+            }
             // Its tables have slots where the programs before it in this pass have textures.
-            if (rays) settleSamplers(resources);
-            resources.shaders
-                .program({program.vertex, program.fragment, features, variant, bits,
-                          program.recordsRays, hitLayers})
-                .use();
+            if (tracesRays(key)) settleSamplers(resources);
+            resources.shaders.program(key).use();
             boundMaterial = kNone;  // other features read other textures
         }
         boundFeatures = features;

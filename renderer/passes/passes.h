@@ -129,4 +129,12 @@ struct DrawProgram {
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program);
 
+// The program of `program`'s kind for a draw with `features`. bits: of viewBits(); 0 without
+// materials.
+ProgramKey keyOf(const FramePlan& plan, const DrawProgram& program, Features features,
+                 std::uint32_t bits);
+// For drivers that compile in threads of their own: begins all programs that shade surfaces in the
+// passes of the plan.
+void beginPrograms(PassResources& resources, const PassInput& input);
+
 }  // namespace clerestory

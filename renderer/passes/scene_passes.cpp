@@ -3,6 +3,7 @@
 #include "passes/instance_counts.h"
 #include "passes/passes.h"
 #include "plan/graph/features.h"
+#include "plan/graph/view_bits.h"
 
 #include <algorithm>
 
@@ -155,6 +156,32 @@ DrawProgram channelProgram(const FramePlan& plan) {
 }
 
 }  // namespace
+
+void beginPrograms(PassResources& resources, const PassInput& input) {
+    const auto begin = [&](const Pass& pass, const auto& work, const DrawProgram& program,
+                           const std::vector<Draw>& draws) {
+        const std::uint32_t bits =
+            viewBits(input.plan, work.view, input.plan.targets[pass.target],
+                     work.background.coverage, input.surfaceLight != nullptr);
+        for (const Draw& draw : draws) {
+            resources.shaders.begin(keyOf(input.plan, program, draw.features, bits));
+        }
+    };
+    for (const Pass& pass : input.plan.passes) {
+        if (const auto* scene = std::get_if<DrawScene>(&pass.work)) {
+            begin(pass, *scene, kSurface, scene->opaqueDraws);
+            begin(pass, *scene, kRecording, scene->recorded.draws);
+            begin(pass, *scene, kSurface, scene->blendedDraws);
+        } else if (const auto* glass = std::get_if<DrawGlass>(&pass.work)) {
+            begin(pass, *glass, kSurface, glass->glassDraws);
+            begin(pass, *glass, kRecording, glass->recorded.draws);
+            begin(pass, *glass, kSurface, glass->blendedDraws);
+        } else if (const auto* blended = std::get_if<DrawBlended>(&pass.work)) {
+            begin(pass, *blended, kSurface, blended->draws);
+            begin(pass, *blended, kRecording, blended->recorded.draws);
+        }
+    }
+}
 
 void execute(PassResources& resources, const PassInput& input, const DrawScene& work) {
     const PassView view{.view = work.view,

@@ -83,6 +83,10 @@ std::multiset<ProgramKey> compiling;  // guarded by compilingMutex
 
 }  // namespace
 
+bool tracesRays(const ProgramKey& key) {
+    return (key.features & kFeaturesOfRays) != 0 && !key.recordsRays;
+}
+
 void CompilingProgram::begin(const ProgramKey& key) {
     end();
     std::unique_lock lock(compilingMutex);
@@ -114,6 +118,7 @@ std::string withIncludes(const std::string& text, Features features, int variant
         << "#define TRACES_RAYS " << ((features & kFeaturesOfRays) != 0) << "\n"
         << "#define RECORDS_RAYS " << recordsRays << "\n"
         << "#define RAYS_OF_PIXEL " << ((features & FEATURE_TRACED_GLASS) != 0 ? 2 : 1) << "\n"
+        << "#define HAS_NORMAL_MAP " << ((features & FEATURE_NORMAL_MAP) != 0) << "\n"
         << "#define HAS_LAYERS " << (layers != 0) << "\n"
         << "#define SHADES_GLASS " << ((features & kFeaturesOfGlass) != 0) << "\n";
     if (layers != 0) declareLayerMaps(layers, out);
@@ -136,21 +141,35 @@ const gl::VertexShader& ShaderLibrary::vertexShader(const std::string& file, std
         .first->second;
 }
 
+gl::Program ShaderLibrary::made(const ProgramKey& key) {
+    return gl::Program({.name = key.fragment + " features " + std::to_string(key.features) +
+                                " variant " + std::to_string(key.variant) + " view " +
+                                std::to_string(key.view),
+                        .vertex = vertexShader(key.vertex, key.view),
+                        .fragmentSource = shaderSource(key.fragment, key.features, key.variant,
+                                                       key.view, key.recordsRays, key.hitLayers),
+                        .loadBinary = tracesRays(key)});
+}
+
+void ShaderLibrary::begin(const ProgramKey& key) {
+    if (!holds(key)) programs_.emplace(key, made(key));
+}
+
 const gl::Program& ShaderLibrary::program(const ProgramKey& key) {
-    const auto found = programs_.find(key);
-    if (found != programs_.end()) {
+    auto found = programs_.find(key);
+    if (found != programs_.end() && found->second.finished()) {
         compiling_.end();
         return found->second;
     }
     compiling_.begin(key);
-    gl::Program made({.name = key.fragment + " features " + std::to_string(key.features) +
-                              " variant " + std::to_string(key.variant) + " view " +
-                              std::to_string(key.view),
-                      .vertex = vertexShader(key.vertex, key.view),
-                      .fragmentSource = shaderSource(key.fragment, key.features, key.variant,
-                                                     key.view, key.recordsRays, key.hitLayers),
-                      .loadBinary = (key.features & kFeaturesOfRays) != 0 && !key.recordsRays});
-    return programs_.emplace(key, std::move(made)).first->second;
+    if (found == programs_.end()) found = programs_.emplace(key, made(key)).first;
+    try {
+        found->second.finish();
+    } catch (...) {
+        programs_.erase(found);
+        throw;
+    }
+    return found->second;
 }
 
 }  // namespace clerestory

@@ -26,6 +26,9 @@ struct ProgramKey {
     auto operator<=>(const ProgramKey&) const = default;
 };
 
+// Whether its shader follows rays, in place of recording them.
+bool tracesRays(const ProgramKey& key);
+
 // The programs that renderers of this process are compiling. A renderer waits for another one that
 // compiles the same program, because it then finds the result in the driver's cache; two at the
 // same time would both compile it.
@@ -48,9 +51,13 @@ public:
     // since a driver may compile it when it is first drawn with. Throws std::runtime_error when the
     // driver does not compile it.
     const gl::Program& program(const ProgramKey& key);
+    bool holds(const ProgramKey& key) const { return programs_.contains(key); }
+    // Has the driver compile it in a thread of its own, if it can, until program() waits for it.
+    void begin(const ProgramKey& key);
     void endPass() { compiling_.end(); }
 
 private:
+    gl::Program made(const ProgramKey& key);
     const gl::VertexShader& vertexShader(const std::string& file, std::uint32_t view);
 
     std::map<std::pair<std::string, std::uint32_t>, gl::VertexShader> vertexShaders_;

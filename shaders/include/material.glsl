@@ -4,7 +4,9 @@
 
 layout(binding = UNIT_BASE_COLOR) uniform sampler2D baseColorMap;
 layout(binding = UNIT_METALLIC_ROUGHNESS) uniform sampler2D metallicRoughnessMap;
+#if HAS_NORMAL_MAP  // a driver may count a sampler that no code reads
 layout(binding = UNIT_NORMAL) uniform sampler2D normalMap;
+#endif
 layout(binding = UNIT_OCCLUSION) uniform sampler2D occlusionMap;
 layout(binding = UNIT_EMISSIVE) uniform sampler2D emissiveMap;
 layout(binding = UNIT_TRANSMISSION) uniform sampler2D transmissionMap;
@@ -38,6 +40,14 @@ vec3 materialNumbers() {
     return has(FEATURE_DEFAULT_NUMBERS) ? vec3(1.0f) : material.surface.xyz;
 }
 
+vec4 mappedNormal() {
+#if HAS_NORMAL_MAP
+    return texture(normalMap, texCoordOf(UNIT_NORMAL));
+#else
+    return vec4(0.0f);
+#endif
+}
+
 // Metallic, roughness.
 vec2 metallicRoughnessAt() {
     precise vec2 metallicRoughness = materialNumbers().xy;
@@ -45,7 +55,7 @@ vec2 metallicRoughnessAt() {
         // Packed, it is the picture that the normal is read from: one fetch for both.
         metallicRoughness *=
             has(FEATURE_PACKED_NORMAL)
-                ? texture(normalMap, texCoordOf(UNIT_NORMAL)).bg
+                ? mappedNormal().bg
                 : texture(metallicRoughnessMap, texCoordOf(UNIT_METALLIC_ROUGHNESS)).bg;
     }
     return clamp(metallicRoughness, 0.0f, 1.0f);
@@ -100,14 +110,16 @@ Turn turnIn(sampler2D map, vec2 uv, vec3 x, vec3 y, vec3 here, bool isPacked, fl
 vec3 normalAt() {
     vec3 n = meshNormalAt();
     if (!has(FEATURE_NORMAL_MAP)) return turnedToEye(direction(n));
-    return bumpedNormal(n, texture(normalMap, texCoordOf(UNIT_NORMAL)), has(FEATURE_PACKED_NORMAL),
-                        materialNumbers().z);
+    return bumpedNormal(n, mappedNormal(), has(FEATURE_PACKED_NORMAL), materialNumbers().z);
 }
 // normal: normalAt().
 Turn turnAt(vec3 x, vec3 y, vec3 normal, float roughness) {
-    if (!has(FEATURE_NORMAL_MAP)) return evenTurn(x, y);
+#if HAS_NORMAL_MAP
     return turnIn(normalMap, texCoordOf(UNIT_NORMAL), x, y, normal, has(FEATURE_PACKED_NORMAL),
                   materialNumbers().z, roughness);
+#else
+    return evenTurn(x, y);
+#endif
 }
 
 float occlusionAt() {

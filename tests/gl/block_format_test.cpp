@@ -49,12 +49,12 @@ constexpr std::size_t kTexels = 4 * kEdge;
 // driver 580 takes another anchor texel for partition 56 of BC7, which its shaders do not.
 std::vector<float> texelsOf(GLuint texture) {
     const gl::VertexShader vertex("fullscreen.vert", shaderSource("fullscreen.vert", 0, 0));
-    const gl::Program program(
-        {.name = "texels", .vertex = vertex, .fragmentSource = R"(#version 430 core
+    gl::Program program({.name = "texels", .vertex = vertex, .fragmentSource = R"(#version 430 core
 layout(binding = 0) uniform sampler2D texels;
 out vec4 color;
 void main() { color = texelFetch(texels, ivec2(gl_FragCoord.xy), 0); }
 )"});
+    program.finish();
     const Target target({.name = "texels",
                          .format = Format::rgba32f,
                          .width = static_cast<std::uint32_t>(kTexels),

