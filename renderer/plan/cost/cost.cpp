@@ -207,7 +207,7 @@ double pathsOfRay(std::uint32_t raySamples, double roughness, bool processorRays
     return processorRays && roughness >= kRoughRay ? raySamples : 1.0;
 }
 double flatRays(bool processorRays) {
-    return processorRays ? 0.45 : 1.0;
+    return processorRays ? 0.36 : 1.0;
 }
 double rayDensity(Preset preset, bool processorRays) {
     return processorRays && preset == Preset::draft ? 0.65 : 1.0;

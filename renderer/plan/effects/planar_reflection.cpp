@@ -206,6 +206,13 @@ MirrorPicture pictureOf(const MirrorGroup& group, const ViewTask& task, const Ac
     return picture;
 }
 
+// The fraction of the pixels of a mirrored view that show surfaces, which are shaded; the sky costs
+// little. A closed room has half a predicted layer.
+double shadedShare(const SeenView& behind) {
+    constexpr double kLeast = 0.2;
+    return std::clamp(2.0 * behind.overdraw, kLeast, 1.0);
+}
+
 // mirrors: in the view, this one included.
 std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                                      const SeenView& seen, const MirrorGroup& group,
@@ -219,7 +226,7 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
         {Method::mirror,
          milliseconds({.draws = double(behind.surfaces.size()),
                        .triangles = double(behind.triangles),
-                       .pixels = double(picture.width) * picture.height,
+                       .pixels = shadedShare(behind) * picture.width * picture.height,
                        .views = 1.0,
                        .shading = context.shading,
                        .software = limits.software}),
