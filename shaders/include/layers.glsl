@@ -72,50 +72,54 @@ vec2 bandsOfAxis(float meanLength) {
 
 // ---- iridescence (KHR_materials_iridescence) -----------------------------------------------------
 // A thin film by Belcour and Barla 2017: Airy's sum over the orders of interference, each weighted by
-// the spectral sensitivity's Fourier transform, which they fitted with Gaussians; with the exact
-// reflectances of both interfaces, without which a film of no thickness would reflect.
+// the spectral sensitivity's Fourier transform, which they fitted with Gaussians. Both polarisations
+// have a sum of their own: near the angle at which one of them is not reflected, the product of mean
+// reflectances is several times the mean of the products.
 
-vec3 filmSensitivity(float pathDifference, vec3 shift) {
+vec3 filmSensitivity(float pathDifference) {
     float phase = 2.0f * kPi * pathDifference * 1e-9f;
     float p2 = phase * phase;
     vec3 gaussian =
         vec3(exp(-p2 * 4.3278e9f), exp(-p2 * 9.3046e9f), exp(-p2 * 6.6121e9f));
-    vec3 wave = vec3(cos(1.6810e6f * phase + shift.x), cos(1.7953e6f * phase + shift.y),
-                     cos(2.2084e6f * phase + shift.z));
+    vec3 wave = vec3(cos(1.6810e6f * phase), cos(1.7953e6f * phase), cos(2.2084e6f * phase));
     // value * sqrt(2 pi variance) / 1.0685e-7 of each Gaussian.
     vec3 t = vec3(0.846590f, 1.000222f, 1.001122f) * gaussian * wave;
-    t.x += 0.153868f * cos(2.2399e6f * phase + shift.x) * exp(-4.5282e9f * p2);
+    t.x += 0.153868f * cos(2.2399e6f * phase) * exp(-4.5282e9f * p2);
     return vec3(3.2404542f * t.x - 1.5371385f * t.y - 0.4985314f * t.z,
                 -0.9692660f * t.x + 1.8760108f * t.y + 0.0415560f * t.z,
                 0.0556434f * t.x - 0.2040259f * t.y + 1.0572252f * t.z);
 }
 
+// Of one polarisation. first, second: amplitudes of reflection at the film and at the base, from
+// outside, -1..1. once, twice: filmSensitivity() of light that crosses the film one more time, and two.
+vec3 filmOfPolarisation(float first, vec3 second, vec3 once, vec3 twice) {
+    float transmitted = 1.0f - first * first;
+    vec3 around = clamp(-first * second, -0.99995f, 0.99995f);  // from base to film and back
+    vec3 behind = transmitted * transmitted * second * second / (vec3(1.0f) - around * around);
+    return vec3(first * first) + behind +
+           2.0f * (behind - vec3(transmitted)) * around * (once + around * twice);
+}
+
 // Reflectance of a base with reflectance f0 at normal incidence under a film, 0..1.
 // thickness: nanometres.
 vec3 filmReflectance(float cosTheta, float filmIor, float thickness, vec3 f0) {
-    float c1 = clamp(cosTheta, 0.0f, 1.0f);
+    float c1 = clamp(cosTheta, 1e-4f, 1.0f);
     // A film of no thickness is none.
     float eta = mix(1.0f, max(filmIor, 1.0f), smoothstep(0.0f, 0.03f, thickness));
-    float c2 = sqrt(max(1.0f - (1.0f - c1 * c1) / (eta * eta), 0.0f));
-    float r12 = fresnelDielectric(c1, eta);
-    float t121 = 1.0f - r12;
+    float c2 = sqrt(max(1.0f - (1.0f - c1 * c1) / (eta * eta), 1e-8f));
     vec3 root = sqrt(clamp(f0, 1e-4f, 0.9999f));
     vec3 ior = (vec3(1.0f) + root) / (vec3(1.0f) - root);
-    vec3 r23 = vec3(fresnelDielectric(c2, ior.x / eta), fresnelDielectric(c2, ior.y / eta),
-                    fresnelDielectric(c2, ior.z / eta));
-    vec3 shift = vec3(kPi) + vec3(ior.x < eta ? kPi : 0.0f, ior.y < eta ? kPi : 0.0f,
-                                  ior.z < eta ? kPi : 0.0f);
-    vec3 both = clamp(r12 * r23, 1e-5f, 0.9999f);
-    vec3 amplitude = sqrt(both);
-    vec3 behind = t121 * t121 * r23 / (vec3(1.0f) - both);
+    vec3 sine3 = eta / ior * sqrt(1.0f - min(c2 * c2, 1.0f));
+    vec3 c3 = sqrt(max(vec3(1.0f) - sine3 * sine3, vec3(0.0f)));
     float pathDifference = 2.0f * eta * min(thickness, 1e5f) * c2;
-    vec3 sum = vec3(r12) + behind;
-    vec3 order = behind - vec3(t121);
-    order = order * amplitude;
-    sum += 2.0f * order * filmSensitivity(pathDifference, shift);
-    order = order * amplitude;
-    sum += 2.0f * order * filmSensitivity(2.0f * pathDifference, 2.0f * shift);
-    return clamp(sum, 0.0f, 1.0f);
+    vec3 once = filmSensitivity(pathDifference);
+    vec3 twice = filmSensitivity(2.0f * pathDifference);
+    vec3 across = filmOfPolarisation((c1 - eta * c2) / (c1 + eta * c2),
+                                     (vec3(eta * c2) - ior * c3) / (vec3(eta * c2) + ior * c3),
+                                     once, twice);
+    vec3 along = filmOfPolarisation((eta * c1 - c2) / (eta * c1 + c2),
+                                    (ior * c2 - eta * c3) / (ior * c2 + eta * c3), once, twice);
+    return clamp(0.5f * (across + along), 0.0f, 1.0f);
 }
 
 // The reflectance at normal incidence whose Schlick curve has `reflectance` at this cosine.
