@@ -23,7 +23,9 @@ float average(const glm::vec3& c) {
 
 float reflectanceOf(const Scene& scene, const Material& m, float metallic) {
     const float root = (m.ior - 1.0f) / (m.ior + 1.0f);
-    const float dielectric = std::min(1.0f, root * root * m.specular * average(m.specularColor));
+    const glm::vec3 color = m.specularColor * glm::vec3(meanOf(scene, m.specularColorTexture));
+    const float specular = m.specular * meanOf(scene, m.specularTexture).a;
+    const float dielectric = specular * std::min(1.0f, root * root * average(color));
     const glm::vec3 base = glm::vec3(m.baseColor) * glm::vec3(meanOf(scene, m.baseColorTexture));
     // A film adds a reflecting face, mostly as bright as with its base.
     const float face = (m.iridescenceIor - 1.0f) / (m.iridescenceIor + 1.0f);
@@ -76,6 +78,9 @@ void setReflectors(const Material& m, MaterialClass& c) {
     }
     if (m.alphaMode == AlphaMode::mask) {
         return both(Reflector::none, Reflector::none, ReflectorReason::alphaMasked);
+    }
+    if (c.reflectance >= kBrightReflectance && !c.transmits) {
+        return both(Reflector::flat, Reflector::curved, ReflectorReason::bright);
     }
     both(Reflector::flat, Reflector::none, ReflectorReason::gloss);
     c.reasonCurved = ReflectorReason::curvedDielectric;
@@ -207,6 +212,9 @@ std::string reflectorReason(const Scene& scene, const MaterialBindings& material
                              roughness);
         case ReflectorReason::gloss:
             return formatted("smooth (roughness %.2g) and in one plane", roughness);
+        case ReflectorReason::bright:
+            return formatted("smooth (roughness %.2g) and bright (reflectance %.2g)", roughness,
+                             surface.reflectance);
         case ReflectorReason::clearcoat:
             return formatted("a smooth clear coat (roughness %.2g) in one plane", roughness);
         case ReflectorReason::anisotropic:

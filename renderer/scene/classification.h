@@ -27,6 +27,7 @@ enum class ReflectorReason : std::uint8_t {
     // It reflects:
     metal,      // metallic >= kMirrorMetallic and roughness <= kMirrorRoughness
     gloss,      // a smooth dielectric in one plane: floors, panes, table tops
+    bright,     // a smooth, opaque dielectric that reflects kBrightReflectance or more
     clearcoat,  // a smooth coat in one plane
     requested,  // reflection: mirror
     probe,      // the material names a probe
@@ -36,7 +37,7 @@ enum class ReflectorReason : std::uint8_t {
     disabled,          // reflection: none
     roughMetal,        // roughness > kMirrorRoughness
     roughDielectric,   // roughness > kGlossRoughness
-    curvedDielectric,  // smooth, but not flat; its highlights come from the environment
+    curvedDielectric,  // smooth, but neither flat nor bright: it reflects the environment map
     alphaMasked,       // a masked dielectric: leaves, chains, lattices
     noSpecular,        // a dielectric with specular factor 0
     anisotropic,       // its lobe is long: it reflects the environment map
@@ -46,8 +47,9 @@ enum class ReflectorReason : std::uint8_t {
 inline constexpr float kMirrorMetallic = 0.5f;
 inline constexpr float kMirrorRoughness = 0.5f;
 inline constexpr float kGlossRoughness = 0.3f;
-inline constexpr float kMirrorClearcoat = 0.5f;   // least share of the surface
-inline constexpr float kMirrorAnisotropy = 0.1f;  // greatest strength
+inline constexpr float kBrightReflectance = 0.15f;  // at normal incidence; glazes have 0.04
+inline constexpr float kMirrorClearcoat = 0.5f;     // least share of the surface
+inline constexpr float kMirrorAnisotropy = 0.1f;    // greatest strength
 
 // The class of a material without its mesh. Factors are multiplied by the mean of their textures.
 struct MaterialClass {

@@ -77,6 +77,34 @@ TEST_F(Probes, ShowEachWallAtItsReflectedPosition) {
     EXPECT_EQ(seenColors.size(), 24u);
 }
 
+// Two ways to one mirror: a metal, and a dielectric whose specular colour is that bright.
+TEST_F(Probes, BrightDielectricsMirrorAsMetals) {
+    const auto drawn = [](const Material& material, CurvedMethod method) {
+        Scene scene;
+        Room{}.build(scene);
+        place(scene, sphere(0.5f, 48, addMaterial(scene, material)), moved(0.3, -0.2, 0.4));
+        FrameRequest r =
+            lookingAt(std::move(scene), "bright ball", {0.1, 0.2, 2.9}, {0.3, -0.2, 0.4});
+        r.accuracy.curved = method;
+        return renderer().render(r).image;
+    };
+    const Material dielectric{.baseColor = {0, 0, 0, 1},
+                              .metallic = 0.0f,
+                              .roughness = 0.0f,
+                              .specularColor = glm::vec3(25.0f)};
+    for (const CurvedMethod method : {CurvedMethod::automatic, CurvedMethod::probe}) {
+        const Image metal = drawn(silver(), method), bright = drawn(dielectric, method);
+        double greatest = 0.0;
+        for (std::uint32_t y = 0; y < metal.height; ++y) {
+            for (std::uint32_t x = 0; x < metal.width; ++x) {
+                greatest = std::max(
+                    greatest, greatestDifference(color(metal, x, y), color(bright, x, y)));
+            }
+        }
+        EXPECT_LT(greatest, 0.01);
+    }
+}
+
 // Two ways to one picture: what a mirror ball shows along a direction, and what a camera of 90
 // degrees in its middle sees there.
 TEST_F(Probes, EqualSixOrdinaryCameras) {

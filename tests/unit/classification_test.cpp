@@ -64,6 +64,15 @@ INSTANTIATE_TEST_SUITE_P(
                         false, Glass::none, kNo, kNo, ReflectorReason::roughMetal},
         OverriddenScene{"polished", [](Material& m) { m.roughness = 0.3f; }, false, Glass::none,
                         kFlat, kNo, ReflectorReason::gloss},
+        OverriddenScene{"polishedAndBright",
+                        [](Material& m) { m.roughness = 0.1f, m.specularColor = glm::vec3(4.0f); },
+                        false, Glass::none, kFlat, kCurved, ReflectorReason::bright},
+        OverriddenScene{"brightGlass",
+                        [](Material& m) {
+                            m.roughness = 0.1f, m.specularColor = glm::vec3(4.0f);
+                            m.transmission = 1;
+                        },
+                        false, Glass::pane, kFlat, kNo, ReflectorReason::gloss},
         OverriddenScene{"polishedWithoutSpecular",
                         [](Material& m) { m.roughness = 0.3f, m.specular = 0.0f; }, false,
                         Glass::none, kNo, kNo, ReflectorReason::noSpecular},
