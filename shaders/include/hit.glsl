@@ -8,13 +8,40 @@
 #define hitHas(feature) ((uint(VARIANT) & (feature)) != 0u)  // a macro as has() is
 #define hitLayered(bit) ((HIT_LAYERS & (bit)) != 0u)
 
+// How the normal changes over a triangle, without bumps.
+struct NormalChange {
+    vec3 edgeB, edgeC;  // of the triangle, from its first corner; the longer one has the length 1
+    vec3 toB, toC;      // change of the normal along them
+    float perMetre;     // such lengths
+};
+
+// Change of the normal per metre along d, a unit vector in the triangle's plane.
+vec3 changeAlong(IN(NormalChange) n, vec3 d) {
+    vec3 face = cross(n.edgeB, n.edgeC);
+    float perSquare = n.perMetre / max(dot(face, face), 1e-12f);
+    return (n.toB * dot(cross(d, n.edgeC), face) + n.toC * dot(cross(n.edgeB, d), face)) * perSquare;
+}
+
+// The greatest of them: the larger singular value of the change as a linear function.
+float greatestChange(IN(NormalChange) n) {
+    vec3 face = cross(n.edgeB, n.edgeC);
+    vec3 twist = cross(n.toB, n.toC);
+    float perSquare = 1.0f / max(dot(face, face), 1e-12f);
+    float sum = (dot(n.toB, n.toB) * dot(n.edgeC, n.edgeC) + dot(n.toC, n.toC) * dot(n.edgeB, n.edgeB) -
+                 2.0f * dot(n.toB, n.toC) * dot(n.edgeB, n.edgeC)) * perSquare;
+    float product = dot(twist, twist) * perSquare;
+    float mean = 0.5f * max(sum, 0.0f);
+    return sqrt(mean + sqrt(max(mean * mean - product, 0.0f))) * n.perMetre;
+}
+
 // All vectors have the axes of eye space; `place` alone is relative to the hierarchy's origin and
 // has the world's, as the traversal requires.
 struct HitPoint {
     MaterialPoint material;
     vec3 place;
     float reach;      // greatest coordinate of the triangle's corners
-    float curvature;  // slope of the normal per metre, without bumps
+    NormalChange change;
+    float curvature;  // the greatest change of the normal per metre, without bumps
     // Of bumps over the width of the cone, along either texture coordinate.
     Turn turn, clearcoatTurn;
     vec3 faceNormal;  // unit, of the triangle, against the ray
@@ -382,8 +409,12 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     vec3 normalB = direction(times(n0, n1, n2, vertexNormalOf(vertexB)));
     vec3 normalC = direction(times(n0, n1, n2, vertexNormalOf(vertexC)));
     vec3 n = normalA * wa + normalB * wb + normalC * wc;
-    p.curvature = max(distance(normalA, normalB) / max(distance(a.xyz, b.xyz), 1e-30f),
-                      distance(normalA, normalC) / max(distance(a.xyz, c.xyz), 1e-30f));
+    vec3 edgeB = eyeAxes(b.xyz - a.xyz);
+    vec3 edgeC = eyeAxes(c.xyz - a.xyz);
+    float perMetre = 1.0f / max(max(length(edgeB), length(edgeC)), 1e-30f);
+    p.change = NormalChange(edgeB * perMetre, edgeC * perMetre, normalB - normalA, normalC - normalA,
+                            perMetre);
+    p.curvature = greatestChange(p.change);
     vec3 meshNormal = n;
     vec3 t = vec3(0.0f);
     float bitangentSign = 1.0f;

@@ -35,20 +35,27 @@ vec3 surroundingsAtEnd(IN(HitPoint) p, vec3 along, RayCone cone, bool direct) {
     return open;
 }
 
-// The surface for a cone that hits it. Half vectors spread to each side by half of the spread of the
-// normal over the width of the cone. At an angle the cone covers more of the surface: its width over
-// n.v along the direction of view, but no more than the rest of a ball where the surface curves away.
+// How far half vectors turn to each side over a cone: as far as the normal does along d over its width, and
+// by half of its spread. cosine: of the angle at which the cone meets the surface in this direction. At an
+// angle it covers more of the surface, but no more than the rest of a ball where the surface curves away.
 // Wider cones cover more than this surface.
 const float kMaxTurned = 0.84f;
-Surface coveredByCone(IN(Surface) s, IN(HitPoint) p, RayCone cone) {
-    float across = p.curvature * cone.width;
-    float slant = across / max(max(s.nDotV, sqrt(0.5f * across)), 1e-6f);
-    float spread = 0.5f * (cone.pixel + cone.lobe);
+vec3 turnOverCone(IN(HitPoint) p, RayCone cone, vec3 d, float cosine) {
+    vec3 change = changeAlong(p.change, d) * cone.width;
+    float across = length(change);
+    change /= max(max(cosine, sqrt(0.5f * across)), 1e-6f);
+    // A hollow surface may turn against the spread of a cone, but not against that of a lobe.
+    vec3 turn = (dot(change, d) < 0.0f ? -change : change) + d * (0.5f * (cone.pixel + cone.lobe));
     const float kEdge = 0.8862269f;  // of a square as large as a disc, over its diameter
+    return turn * (kEdge * min(kMaxTurned / max(length(turn), 1e-6f), 1.0f));
+}
+
+// The surface for a cone that hits it.
+Surface coveredByCone(IN(Surface) s, IN(HitPoint) p, RayCone cone) {
     vec3 side = cross(s.normal, s.toEye);
     side = dot(side, side) > kNoDirection ? direction(side) : frameAbout(s.normal)[0];
-    vec3 x = cross(side, s.normal) * (kEdge * min(slant + spread, kMaxTurned));
-    vec3 y = side * (kEdge * min(across + spread, kMaxTurned));
+    vec3 x = turnOverCone(p, cone, cross(side, s.normal), s.nDotV);
+    vec3 y = turnOverCone(p, cone, side, 1.0f);
     return covering(s, widened(p.turn, x, y), widened(p.clearcoatTurn, x, y));
 }
 

@@ -1,9 +1,11 @@
 // Flat mirrors compared with an explicitly mirrored scene and with arithmetic, and their cost.
 #include "support.h"
 
+#include <glm/gtc/constants.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -236,6 +238,55 @@ TEST_F(Mirrors, BlurMoreTheRougherTheyAre) {
         }
         EXPECT_GT(squares, before * 1.02) << roughness;
         before = squares;
+    }
+}
+
+// A pillar of long triangles, of which each corner comes first once: its normals turn across them
+// and not along them.
+MeshDraft pillar(float radius, float height, Index material) {
+    constexpr std::uint32_t kSides = 24;
+    MeshDraft draft{.name = "pillar", .material = material, .hasNormals = true};
+    for (std::uint32_t i = 0; i <= kSides; ++i) {
+        const float angle = 2.0f * glm::pi<float>() * float(i) / float(kSides);
+        const glm::vec3 n(std::sin(angle), 0.0f, std::cos(angle));
+        for (const float y : {-0.5f, 0.5f}) {
+            draft.vertices.push_back(
+                {.position = radius * n + glm::vec3(0.0f, height * y, 0.0f), .normal = n});
+        }
+    }
+    for (std::uint32_t i = 0; i < kSides; ++i) {
+        const std::array<std::uint32_t, 3> corners[] = {{2 * i, 2 * i + 2, 2 * i + 3},
+                                                        {2 * i, 2 * i + 3, 2 * i + 1}};
+        for (const auto& c : corners) {
+            for (std::uint32_t k = 0; k < 3; ++k) draft.indices.push_back(c[(i + k) % 3]);
+        }
+    }
+    return draft;
+}
+
+// The highlight of a pillar is narrower than a pixel. A ray averages it over its cone, whatever the
+// shape of the triangle that it meets: the light of small pictures is that of a large one.
+TEST_F(Mirrors, RaysShowTheMeanHighlightOfLongTriangles) {
+    Scene scene;
+    place(scene, quad(3.0f, addMaterial(scene, mirrorMetal())));
+    place(scene, pillar(1.0f, 12.0f, addMaterial(scene, {.metallic = 1.0f, .roughness = 0.1f})),
+          moved(0.0, 0.0, 5.0));
+    addLight(scene, {.kind = LightKind::directional, .intensity = glm::vec3(3.0f)},
+             glm::rotate(glm::dmat4(1.0), 2.7, glm::dvec3(0, 1, 0)));
+    FrameRequest r = request(std::move(scene), "pillar in a mirror");
+    r.accuracy.planar = PlanarMethod::traced;
+    const auto light = [&](std::uint32_t edge) {
+        r.width = r.height = edge;
+        const Image image = renderer().render(r).image;
+        double sum = 0.0;
+        for (std::uint32_t i = 0; i < edge * edge; ++i) sum += color(image, i % edge, i / edge).x;
+        return sum / (double(edge) * edge);
+    };
+    const double truth = light(768);
+    EXPECT_GT(truth, 0.0);
+    for (const std::uint32_t edge : {20u, 26u, 32u, 37u, 50u}) {
+        EXPECT_GT(light(edge), 0.7 * truth) << edge;
+        EXPECT_LT(light(edge), 1.7 * truth) << edge;
     }
 }
 
