@@ -64,11 +64,9 @@ Renderer::State::State(const RendererOptions& options)
                .device = options.device,
                .debugOutput = options.debugOutput}),
       identity(context.capabilities()),
-      limits({.maxSamples = identity.maxSamples,
-              .maxAnisotropy = identity.maxAnisotropy,
+      limits({.maxAnisotropy = identity.maxAnisotropy,
               .software = identity.software,
               .rays = raysOf(options.rays, identity.software),
-              .maxRecordSamples = identity.maxIntegerSamples,
               .display = onProcessor(options.display, identity.software) ? Storage::processor
                                                                          : Storage::driver,
               .fewPrograms = options.fewPrograms && identity.software}),

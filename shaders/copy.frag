@@ -1,10 +1,12 @@
-// A picture, texel by texel.
+// A picture, texel by texel. VARIANT: SAMPLED_PIXELS.
 #include "include/bindings.glsl"
+#include "include/sampled_pixels.glsl"
 
 layout(binding = UNIT_SOURCE) uniform sampler2D source;
 
 out vec4 color;
 
 void main() {
+    if ((VARIANT & SAMPLED_PIXELS) != 0 && !isSampled()) discard;
     color = texelFetch(source, ivec2(gl_FragCoord.xy), 0);
 }

@@ -25,14 +25,8 @@
 
 out vec4 color;  // premultiplied by coverage; alpha: coverage, or the stored distance
 
-// Of a pixel with several samples: where the triangle covers it. A driver may give varyings there the
-// perspective of the centre; all are then scaled alike.
-vec3 coveredPosition() {
-    return viewHas(VIEW_SAMPLES) ? coveredEye.xyz * (modelScale / coveredEye.w) : positionEye;
-}
-
 vec3 towardsEye() {
-    return viewHas(VIEW_ORTHOGRAPHIC) ? -view.forward.xyz : direction(-coveredPosition());
+    return viewHas(VIEW_ORTHOGRAPHIC) ? -view.forward.xyz : direction(-positionEye);
 }
 
 // Within a pixel, half vectors vary relative to the surface as its normals do, and half as much as the
@@ -41,8 +35,7 @@ Surface coveredByPixel(Surface s) {
     vec3 shape = direction(vertexNormal);
     vec3 ahead = viewHas(VIEW_ORTHOGRAPHIC) ? view.forward.xyz : direction(positionEye);
     vec3 turned = shape + 0.5f * ahead;
-    // A small triangle covers only part of its pixel.
-    float part = sqrt(float(bitCount(gl_SampleMaskIn[0])) / float(gl_NumSamples));
+    float part = view.sampling.x;
     vec3 x = dFdx(turned);
     vec3 y = dFdy(turned);
     s = covering(s, scaled(turnAt(x, y, s.normal, s.roughness), part),
@@ -65,7 +58,7 @@ vec3 lampsOn(Surface s, vec3 position) {
 vec3 lampsAt(Surface s) {
     if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
     if (!has(FEATURE_WIDE_LOBE) || layered(LAYER_CLEARCOAT)) s = coveredByPixel(s);
-    return lampsOn(s, coveredPosition());
+    return lampsOn(s, positionEye);
 }
 
 // Of a shell, whose walls are drawn apart; see drawNumbers.
@@ -94,14 +87,14 @@ vec3 layeredLight(Surface s, vec3 mirrored, float ofPicture, float occlusion) {
     vec3 base = s.reflectance * mirrored * (layered(LAYER_CLEARCOAT_MIRRORS) ? occlusion : ofPicture);
     vec3 light = underCoat(s, base + occlusion * diffuseLight(s));
     if (layered(LAYER_CLEARCOAT)) {
-        light += coat * clearcoatRadiance(s, coveredPosition(), mirrored) * ofPicture;
+        light += coat * clearcoatRadiance(s, positionEye, mirrored) * ofPicture;
     }
     return light;
 }
 
 Surface surfaceSeen(MaterialPoint m) {
     vec3 toEye = towardsEye();
-    vec3 position = coveredPosition();
+    vec3 position = positionEye;
     vec3 face = cross(dFdx(position), dFdy(position));
     float across = dot(face, toEye);
     float least = leastCosineOver(across * across / max(dot(face, face), 1e-30f));
@@ -120,7 +113,7 @@ vec3 shaded(inout MaterialPoint m) {
     Surface s = surfaceSeen(m);
     if (layered(LAYER_CLEARCOAT)) m.emitted *= s.belowClearcoat;
     if (has(FEATURE_GLASS | FEATURE_TRACED_GLASS)) return shadedGlass(m, s);
-    vec3 mirrored = reflectedRadiance(s, coveredPosition());
+    vec3 mirrored = reflectedRadiance(s, positionEye);
     // Light at vertices contains the occlusion already.
     float occlusion = viewHas(VIEW_SURFACE_LIGHT) ? 1.0f : m.occlusion;
     // Pictures and rays contain the occlusion that an occlusion texture approximates.
@@ -144,7 +137,7 @@ void main() {
     vec3 radiance;
     if (layered(LAYER_SHADOW_CATCHER)) {
         vec4 caught =
-            caughtLight(surfaceSeen(m), coveredPosition(), viewHas(VIEW_SUN_ONLY) ? 0 : int(drawNumbers.x),
+            caughtLight(surfaceSeen(m), positionEye, viewHas(VIEW_SUN_ONLY) ? 0 : int(drawNumbers.x),
                         viewHas(VIEW_SUN_ONLY) ? 1 : int(drawNumbers.y));
         radiance = caught.rgb;
         coverage = caught.a;
@@ -154,13 +147,13 @@ void main() {
     // Coverage dims the reflected light, not the emission.
     float alpha = has(FEATURE_BLEND)         ? coverage
                   : viewHas(VIEW_COVERAGE) ? 1.0f
-                                           : distanceShare(length(coveredPosition()), view.picture.w);
+                                           : distanceShare(length(positionEye), view.picture.w);
     color = vec4(radianceFinite(radiance + m.emitted), alpha);
     if (has(FEATURE_BLEND) && has(FEATURE_BACKDROP)) {
         // Coverage applies to the whole surface, transmitted light included; the rest of the pixel
         // shows the backdrop.
         vec4 behind = texelFetch(backdrop, ivec2(gl_FragCoord.xy), 0);
         color.rgb += (1.0f - coverage) * behind.rgb;
-        color.a = coverage < 0.5f ? shareStored(behind.a) : distanceShare(length(coveredPosition()), view.picture.w);
+        color.a = coverage < 0.5f ? shareStored(behind.a) : distanceShare(length(positionEye), view.picture.w);
     }
 }

@@ -31,7 +31,6 @@ void main() {
                              dot(normalFromModel[2].xyz, normal)));
     float volume = dot(eyeFromModel[0].xyz, cross(eyeFromModel[1].xyz, eyeFromModel[2].xyz));
     modelScale = pow(max(abs(volume), 1e-36f), 1.0f / 3.0f);
-    coveredEye = vec4(positionEye, modelScale);
     drawNumbers = vec3(normalFromModel[0].w, normalFromModel[1].w, normalFromModel[2].w);
     vertexTangent.xyz =
         unit(vec3(dot(eyeFromModel[0].xyz, tangent.xyz), dot(eyeFromModel[1].xyz, tangent.xyz),

@@ -20,8 +20,7 @@ struct Capabilities {
     bool tellsOfResets = false;        // the driver reports resets of the GPU; see Context::lost()
     bool readsClientMemory = false;    // vertices and indices are not copied
     bool compilesInThreads = false;    // of its own, while other programs begin
-    std::uint32_t maxSamples = 1, maxAnisotropy = 1, maxTextureSize = 0;
-    std::uint32_t maxIntegerSamples = 1;   // of textures of integers
+    std::uint32_t maxAnisotropy = 1, maxTextureSize = 0;
     std::uint32_t uniformAlignment = 256;  // bytes, of offsets into uniform buffers
 };
 

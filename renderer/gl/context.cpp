@@ -190,8 +190,6 @@ void Context::findCapabilities(const std::string& platform) {
     glGetError();  // the number above is not known to every driver
     // Colour and depth must both support it in floating point; GL_MAX_SAMPLES applies to every
     // renderable format.
-    c.maxSamples = static_cast<std::uint32_t>(std::max(1, integer(GL_MAX_SAMPLES)));
-    c.maxIntegerSamples = static_cast<std::uint32_t>(std::max(1, integer(GL_MAX_INTEGER_SAMPLES)));
     c.maxTextureSize = static_cast<std::uint32_t>(integer(GL_MAX_TEXTURE_SIZE));
     c.uniformAlignment =
         static_cast<std::uint32_t>(std::max(16, integer(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT)));

@@ -166,15 +166,6 @@ void apply(const Facing& facing) {
     glFrontFace(facing.clockwiseIsFront ? GL_CW : GL_CCW);
 }
 
-void setSamples(std::uint32_t mask) {
-    glEnable(GL_SAMPLE_MASK);
-    glSampleMaski(0, mask);
-}
-
-void setAllSamples() {
-    glDisable(GL_SAMPLE_MASK);
-}
-
 namespace {
 void scissor(const Rect& part) {
     glEnable(GL_SCISSOR_TEST);

@@ -89,11 +89,6 @@ struct Facing {
 };
 void apply(const Facing& facing);
 
-// Draws into these samples of a pixel only, one bit each; all by default. apply() does not change
-// it.
-void setSamples(std::uint32_t mask);
-void setAllSamples();
-
 // Colour, by default to black with alpha 0; depth to the far end.
 void clearColorAndDepth(const float (&rgba)[4] = {0.0f, 0.0f, 0.0f, 0.0f});
 void clearDepth();

@@ -37,7 +37,6 @@ FormatWords wordsOf(TextureFormat format) {
 }
 
 GLenum targetOf(const TextureDescription& d) {
-    if (d.samples > 1) return GL_TEXTURE_2D_MULTISAMPLE;
     return d.kind == TextureKind::cube ? GL_TEXTURE_CUBE_MAP : GL_TEXTURE_2D;
 }
 
@@ -90,23 +89,11 @@ struct Storage {
 
 Storage storageOf(const TextureDescription& d) {
     Storage storage{d.width, d.height, d.levels, 0};
-    if (d.samples > 1 || !d.alike || !Context::current().capabilities().software) return storage;
+    if (!d.alike || !Context::current().capabilities().software) return storage;
     storage.levels = std::max(d.levels, std::min(2u, levelsOf(d.width, d.height)));
     const bool small = std::uint64_t{d.width} * d.height <= kMaxAlike;
     if (!small || (!std::has_single_bit(d.width) && !std::has_single_bit(d.height))) return storage;
     return {2 * d.width + 1, 2 * d.height + 1, storage.levels + 1, 1};
-}
-
-GLenum wordOf(RenderFormat format) {
-    switch (format) {
-        case RenderFormat::rgba16f:
-            return GL_RGBA16F;
-        case RenderFormat::rgba32f:
-            return GL_RGBA32F;
-        case RenderFormat::depth32f:
-            return GL_DEPTH_COMPONENT32F;
-    }
-    return GL_RGBA16F;
 }
 
 Name newRenderbuffer() {
@@ -124,9 +111,7 @@ Name newFramebuffer() {
 }
 
 std::uint32_t kindOf(const FramebufferDescription& d) {
-    const std::uint32_t color = d.color ? static_cast<std::uint32_t>(d.color->description().format)
-                                        : static_cast<std::uint32_t>(d.colorSamples->format());
-    return color | (d.depth ? 1u : 0u) << 8 | (d.colorSamples ? 1u : 0u) << 9 |
+    return static_cast<std::uint32_t>(d.color->description().format) | (d.depth ? 1u : 0u) << 8 |
            static_cast<std::uint32_t>(d.further.size()) << 10;
 }
 
@@ -142,13 +127,8 @@ Texture::Texture(const TextureDescription& description)
     const GLenum format = wordsOf(description.format).internal;
     const auto width = static_cast<GLsizei>(storage.width);
     const auto height = static_cast<GLsizei>(storage.height);
-    if (description.samples > 1) {
-        glTexStorage2DMultisample(target, static_cast<GLsizei>(description.samples), format, width,
-                                  height, GL_TRUE);
-    } else {
-        glTexStorage2D(target, static_cast<GLsizei>(storage.levels), format, width, height);
-        glTexParameteri(target, GL_TEXTURE_BASE_LEVEL, static_cast<GLint>(firstLevel_));
-    }
+    glTexStorage2D(target, static_cast<GLsizei>(storage.levels), format, width, height);
+    glTexParameteri(target, GL_TEXTURE_BASE_LEVEL, static_cast<GLint>(firstLevel_));
     GLint complete = 0;
     glGetTexParameteriv(target, GL_TEXTURE_IMMUTABLE_FORMAT, &complete);
     if (!complete) {
@@ -171,6 +151,15 @@ void Texture::uploadPart(const Rect& part, std::span<const std::byte> texels) co
     glTexSubImage2D(GL_TEXTURE_2D, static_cast<GLint>(firstLevel_), static_cast<int>(part.x),
                     static_cast<int>(part.y), static_cast<GLsizei>(part.width),
                     static_cast<GLsizei>(part.height), words.layout, words.type, texels.data());
+}
+
+void Texture::uploadHalves(std::span<const std::uint64_t> rgba) const {
+    assert(rgba.size() == std::size_t{description_.width} * description_.height);
+    bind(0);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTexSubImage2D(GL_TEXTURE_2D, static_cast<GLint>(firstLevel_), 0, 0,
+                    static_cast<GLsizei>(description_.width),
+                    static_cast<GLsizei>(description_.height), GL_RGBA, GL_HALF_FLOAT, rgba.data());
 }
 
 void Texture::upload(std::uint32_t level, std::uint32_t face, std::span<const std::byte> texels) {
@@ -234,16 +223,13 @@ void Sampler::bind(unsigned int unit) const {
     glBindSampler(unit, name_.get());
 }
 
-Renderbuffer::Renderbuffer(RenderFormat format, std::uint32_t width, std::uint32_t height,
-                           std::uint32_t samples)
-    : format_(format), name_(newRenderbuffer()) {
+DepthBuffer::DepthBuffer(std::uint32_t width, std::uint32_t height) : name_(newRenderbuffer()) {
     glBindRenderbuffer(GL_RENDERBUFFER, name_.get());
-    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? static_cast<int>(samples) : 0,
-                                     wordOf(format), static_cast<int>(width),
-                                     static_cast<int>(height));
+    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, static_cast<int>(width),
+                          static_cast<int>(height));
 }
 
-Renderbuffer::~Renderbuffer() {
+DepthBuffer::~DepthBuffer() {
     const GLuint name = name_.get();
     glDeleteRenderbuffers(1, &name);
 }
@@ -255,10 +241,7 @@ Framebuffer::Framebuffer(const FramebufferDescription& d)
       further_(static_cast<int>(d.further.size())),
       name_(newFramebuffer()) {
     glBindFramebuffer(GL_FRAMEBUFFER, name_.get());
-    if (d.colorSamples) {
-        glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
-                                  d.colorSamples->name());
-    } else if (d.color->description().format == TextureFormat::depth32f) {
+    if (d.color->description().format == TextureFormat::depth32f) {
         glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, d.color->name(),
                                0);
         glDrawBuffer(GL_NONE);
@@ -307,11 +290,18 @@ void Framebuffer::bind() const {
     Context::current().firstUse().setTarget(kind_);
 }
 
-void Framebuffer::resolveInto(const Framebuffer& target) const {
+void Framebuffer::copyInto(const Framebuffer& target) const {
     const auto w = static_cast<int>(width_), h = static_cast<int>(height_);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.name_.get());
     glBlitFramebuffer(0, 0, w, h, 0, 0, w, h, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
+void Framebuffer::copyDepthInto(const Framebuffer& target) const {
+    const auto w = static_cast<int>(width_), h = static_cast<int>(height_);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.name_.get());
+    glBlitFramebuffer(0, 0, w, h, 0, 0, w, h, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
 }
 
 void Framebuffer::scaleInto(const Framebuffer& target) const {

@@ -1,5 +1,5 @@
 // Textures of fixed size and format, the samplers that define how they are read, and framebuffers:
-// a level of a texture to draw into, or multisampled memory that is resolved into one.
+// a level of a texture to draw into.
 #pragma once
 
 #include "gl/api.h"
@@ -26,7 +26,6 @@ struct TextureDescription {
     std::uint32_t width = 1;
     std::uint32_t height = 1;
     std::uint32_t levels = 1;
-    std::uint32_t samples = 1;  // planes only; above 1, shaders read each sample by its number
     // llvmpipe compiles a shader for whether the edges of a plane that it reads are powers of two,
     // and for whether it has smaller levels. With this, planes of all sizes are alike to it: they
     // have at least two levels, and edges that are powers of two become the second level of storage
@@ -48,6 +47,8 @@ public:
     void upload(std::uint32_t level, std::uint32_t face, std::span<const std::byte> texels);
     // A part of level 0 of a plane.
     void uploadPart(const Rect& part, std::span<const std::byte> texels) const;
+    // Level 0 of an rgba16f plane, four halves a texel, red in the lowest bits.
+    void uploadHalves(std::span<const std::uint64_t> rgba) const;
     // The same part of level 0 of another plane of this format.
     void copyPart(const Texture& from, const Rect& part) const;
     // The bytes of one level of an 8-bit plane, as they were uploaded.
@@ -92,29 +93,24 @@ private:
     OwnedName name_;
 };
 
-// Memory that is drawn into and never sampled.
-enum class RenderFormat { rgba16f, rgba32f, depth32f };
-class Renderbuffer {
+// Depths, as 32-bit floats, that are drawn into and never sampled.
+class DepthBuffer {
 public:
-    Renderbuffer(RenderFormat format, std::uint32_t width, std::uint32_t height,
-                 std::uint32_t samples);
-    Renderbuffer(Renderbuffer&&) = default;
-    ~Renderbuffer();
+    DepthBuffer(std::uint32_t width, std::uint32_t height);
+    DepthBuffer(DepthBuffer&&) = default;
+    ~DepthBuffer();
     Name name() const { return name_.get(); }
-    RenderFormat format() const { return format_; }
 
 private:
-    RenderFormat format_;
     OwnedName name_;
 };
 
 struct FramebufferDescription {
-    // This, or colorSamples. A depth texture takes the place of `depth`; there is no colour then.
+    // A depth texture takes the place of `depth`; there is no colour then.
     const Texture* color = nullptr;
     std::uint32_t level = 0;
     std::uint32_t face = 0;  // cubes only
-    const Renderbuffer* colorSamples = nullptr;
-    const Renderbuffer* depth = nullptr;
+    const DepthBuffer* depth = nullptr;
     // Drawn into at the same time: outputs 1 and following of a shader. Level 0.
     std::vector<const Texture*> further = {};
     std::uint32_t width = 0, height = 0;  // of the level
@@ -127,11 +123,12 @@ public:
     Framebuffer(Framebuffer&&) = default;
     ~Framebuffer();
 
-    void bind() const;                      // to draw into, with a viewport that covers it
-    void bindPart(const Rect& part) const;  // the viewport is the part
-    void resolveInto(const Framebuffer& target) const;  // same size
-    void scaleInto(const Framebuffer& target) const;    // bilinear; not from multisampled memory
-    void readBytes(std::span<std::byte> rgba) const;    // 8 bits a channel, first row first
+    void bind() const;                               // to draw into, with a viewport that covers it
+    void bindPart(const Rect& part) const;           // the viewport is the part
+    void copyInto(const Framebuffer& target) const;  // same size
+    void copyDepthInto(const Framebuffer& target) const;  // same size
+    void scaleInto(const Framebuffer& target) const;      // bilinear
+    void readBytes(std::span<std::byte> rgba) const;      // 8 bits a channel, first row first
     void readFloats(std::span<float> rgba) const;
     void readReds(const Rect& part, std::span<float> reds) const;
     void readDepths(std::span<float> depths) const;

@@ -18,7 +18,7 @@ using glm::vec4, glm::ivec4, glm::mat4;
 #undef BLOCK_END
 // clang-format on
 
-static_assert(sizeof(ViewBlock) == 256);
+static_assert(sizeof(ViewBlock) == 272);
 static_assert(sizeof(ReflectionBlock) == 144);
 static_assert(sizeof(MaterialBlock) == 336);
 static_assert(sizeof(LayerBlock) == 464);

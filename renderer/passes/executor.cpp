@@ -191,6 +191,7 @@ void Executor::releaseScratch() {
     }
     forgetOutdatedLights();
     std::vector<std::uint64_t>().swap(resources_.radiance);
+    resources_.supersampler = Supersampler();
     targets_.forgetTransient();
     dropDriverReferences(resources_);
 }
@@ -246,7 +247,8 @@ std::vector<Target*> Executor::begin(const ExecutionInput& input) {
 }
 
 void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
-                       const std::vector<Target*>& targets) {
+                       const std::vector<Target*>& targets, const std::function<bool()>& abandoned,
+                       const SampledPixels* sampled) {
     const std::string_view name = pass.map();
     const auto named = frame.maps.find(std::string(name));
     const EnvironmentMap& map = named == frame.maps.end() ? frame.environment : *named->second;
@@ -260,6 +262,15 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
                     .surfaceLight = frame.surfaceLight.get()};
     if (frame.surfaceLight) input.surfaceLightTexture = &uploaded(frame.surfaceLight);
     input.movingLight = movingLight_;
+    input.sampled = sampled;
+    PassRepeater repeater;
+    if (std::holds_alternative<Supersampling>(pass.work)) {
+        repeater.repeat = [&](std::size_t again, const SampledPixels& pixels) {
+            runPass(frame, frame.plan.passes[again], targets, abandoned, &pixels);
+        };
+        repeater.abandoned = abandoned;
+        input.repeater = &repeater;
+    }
     const RecordedDraws* recorded = pass.recorded();
     if (recorded && !recorded->draws.empty()) {
         std::vector<Target*> records;
@@ -287,7 +298,7 @@ void Executor::runAlone(const ExecutionInput& input, std::size_t pass) {
     const std::vector<Target*> targets = begin(input);
     resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);
     moveLight(input);
-    runPass(input, input.plan.passes[pass], targets);
+    runPass(input, input.plan.passes[pass], targets, {});
     glFinish();
     gl::Context::current().throwIfFailed();
     targets_.endFrame();
@@ -315,7 +326,7 @@ Execution Executor::run(const ExecutionInput& input, Readback readback,
         }
         const Clock::time_point start = Clock::now();
         const std::uint64_t paths = resources_.counters.paths;
-        runPass(input, pass, targets);
+        runPass(input, pass, targets, abandoned);
         glFinish();  // so that the wall clock measures this pass
         result.passPaths.push_back(resources_.counters.paths - paths);
         result.passMilliseconds.push_back(millisecondsSince(start));

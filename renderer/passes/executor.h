@@ -85,8 +85,9 @@ private:
                                        const Scene& scene, const FramePlan& plan, const Pose& pose);
     GpuTracer& tracerOf(const Scene& scene, const FramePlan& plan, const Pose& pose);
     std::vector<Target*> begin(const ExecutionInput& input);
-    void runPass(const ExecutionInput& frame, const Pass& pass,
-                 const std::vector<Target*>& targets);
+    // sampled: null for all pixels.
+    void runPass(const ExecutionInput& frame, const Pass& pass, const std::vector<Target*>& targets,
+                 const std::function<bool()>& abandoned, const SampledPixels* sampled = nullptr);
     Image readBack(const FramePlan& plan, const Target& output);
 
     PassResources resources_;

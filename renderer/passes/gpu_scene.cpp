@@ -117,9 +117,9 @@ gl::Wrapping wrappingOf(Wrap wrap) {
 
 // Without anisotropy, data textures use the nearest level: blending two levels costs twice the
 // fetches on a processor (Sponza at 1280x720: 6 of 113 ms) and is visible in colour textures only.
-gl::SamplerDescription samplerOf(const Texture& t, bool holdsColor, std::uint32_t anisotropy) {
+gl::SamplerDescription samplerOf(const Texture& t, bool holdsColor, const TextureFilter& filter) {
     const bool smooth = t.minify == Filter::linear;
-    const bool blended = smooth && (holdsColor || anisotropy > 1);
+    const bool blended = smooth && (holdsColor || filter.anisotropy > 1);
     return {.wrapU = wrappingOf(t.wrapU),
             .wrapV = wrappingOf(t.wrapV),
             .magnifyLinear = t.magnify == Filter::linear,
@@ -127,8 +127,8 @@ gl::SamplerDescription samplerOf(const Texture& t, bool holdsColor, std::uint32_
             .levels = !t.useLevels ? gl::LevelFilter::none
                       : blended    ? gl::LevelFilter::linear
                                    : gl::LevelFilter::nearest,
-            .anisotropy = smooth && t.useLevels ? anisotropy : 1,
-            .levelsBelow = smooth && holdsColor && t.useLevels ? COLOR_LEVELS_BELOW : 0};
+            .anisotropy = smooth && t.useLevels ? filter.anisotropy : 1,
+            .levelsBelow = smooth && holdsColor && t.useLevels ? filter.colorLevelsBelow : 0};
 }
 
 }  // namespace
@@ -188,7 +188,7 @@ std::uint64_t GpuScene::follow(const Pose& pose) {
 }
 
 void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features features,
-                            std::uint32_t anisotropy, SamplerCache& samplers) const {
+                            const TextureFilter& filter, SamplerCache& samplers) const {
     const std::size_t count = scene_->materials.size();
     const bool ofScene = material < count;
     (ofScene ? materials_ : own.blocks)
@@ -203,7 +203,7 @@ void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features 
             present ? scene_->textures[slots[slot]->texture] : whites_.at(slot).sampledAs;
         (present ? *images_[texture.image] : whites_.at(slot).texture).bind(unit);
         const bool holdsColor = scene_->images[texture.image].colorSpace == ColorSpace::srgb;
-        samplers.sampler(samplerOf(texture, holdsColor, anisotropy)).bind(unit);
+        samplers.sampler(samplerOf(texture, holdsColor, filter)).bind(unit);
     }
 }
 

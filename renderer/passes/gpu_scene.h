@@ -31,6 +31,12 @@ struct FrameMaterials {
     const MaterialBlocks& blocks;
 };
 
+// How surfaces read their textures.
+struct TextureFilter {
+    std::uint32_t anisotropy = 1;
+    int colorLevelsBelow = 0;  // gl::SamplerDescription::levelsBelow of colours
+};
+
 class GpuScene {
 public:
     // Uploads everything; constant vertices may be read from the memory of `scene`, see
@@ -56,7 +62,7 @@ public:
     // Binds the material's block and those of its textures that `features` reads; white where it
     // has none. Materials beyond the scene's are those of `own`.
     void bindMaterial(Index material, const FrameMaterials& own, Features features,
-                      std::uint32_t anisotropy, SamplerCache& samplers) const;
+                      const TextureFilter& filter, SamplerCache& samplers) const;
 
 private:
     std::shared_ptr<const Scene> scene_;

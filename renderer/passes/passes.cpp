@@ -56,6 +56,18 @@ void setSkyDirections(const View& view, const glm::dmat3& eyeFromView, glm::vec4
     directions[2] = glm::vec4(glm::vec3(eyeFromPicture[1]), 0.0f);
 }
 
+// The view whose pixels show in their middle what the sample shows.
+View displaced(const View& view, const SampledPixels& sampled, const TargetSpec& target) {
+    View moved = view;
+    const glm::dvec2 shift = -2.0 * sampled.place / glm::dvec2(target.width, target.height);
+    for (int column = 0; column < 4; ++column) {
+        glm::dvec4& c = moved.clipFromView[column];
+        c.x += shift.x * c.w;
+        c.y += shift.y * c.w;
+    }
+    return moved;
+}
+
 }  // namespace
 
 PassResources::PassResources()
@@ -63,7 +75,8 @@ PassResources::PassResources()
 
 void bindView(PassResources& resources, const PassInput& input, const PassView& seen,
               const glm::dmat3& axesFromWorld) {
-    const View& view = seen.view;
+    const View view =
+        input.sampled ? displaced(seen.view, *input.sampled, input.target().spec()) : seen.view;
     const glm::dmat3 eyeFromView =
         axesFromWorld * glm::transpose(glm::dmat3(view.viewFromWorld));  // orthogonal
     const bool clipControl = gl::Context::current().capabilities().clipControl;
@@ -95,6 +108,7 @@ void bindView(PassResources& resources, const PassInput& input, const PassView& 
                          1.0f / static_cast<float>(map.height),
                          static_cast<float>(input.plan.shadowSamples), 0.0f};
     }
+    block.sampling.x = input.sampled ? input.sampled->edge : 1.0f;
     if (const auto& radiance = seen.background.radiance) {
         block.backdrop = {block.backdrop.x, radiance->x, radiance->y, radiance->z};
         block.shadows.w = 1.0f;
@@ -190,10 +204,12 @@ ProgramKey keyOf(const FramePlan& plan, const DrawProgram& program, Features fea
 
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program) {
-    const std::uint32_t bits =
-        program.materials ? viewBits(input.plan, view.view, input.target().spec(),
-                                     view.background.coverage, input.surfaceLight != nullptr)
-                          : 0;
+    const std::uint32_t bits = program.materials
+                                   ? viewBits(input.plan, view.view, view.background.coverage,
+                                              input.surfaceLight != nullptr)
+                                   : 0;
+    const TextureFilter filter{.anisotropy = input.plan.anisotropy,
+                               .colorLevelsBelow = COLOR_LEVELS_BELOW + (input.sampled ? 1 : 0)};
     input.scene->vertexArray().bind();
     std::optional<Features> boundFeatures;
     Index boundMaterial = kNone;
@@ -218,7 +234,7 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
         if (program.materials && boundMaterial != draw.material) {
             input.scene->bindMaterial(draw.material,
                                       {input.plan.materials, resources.frameMaterials}, features,
-                                      input.plan.anisotropy, resources.samplers);
+                                      filter, resources.samplers);
             boundMaterial = draw.material;
         }
         if (program.materials && draw.reflection != boundReflection) {

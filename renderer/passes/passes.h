@@ -11,8 +11,11 @@
 #include "passes/processor_tracer.h"
 #include "passes/readback.h"
 #include "passes/shader_library.h"
+#include "passes/supersampler.h"
 #include "passes/targets.h"
 
+#include <functional>
+#include <optional>
 #include <span>
 
 namespace clerestory {
@@ -37,8 +40,23 @@ struct PassResources {
     gl::Texture environmentBrdf;
     gl::Texture darkness;                 // a black cube, for plans without an environment
     std::vector<std::uint64_t> radiance;  // halves of a picture, read back for tone mapping
+    Supersampler supersampler;
     DrawCounters counters;
     std::vector<InstanceExtent> instances;  // of MeasureInstances and CountLayer
+};
+
+// A further sample of chosen pixels of a frame: a pass draws in these pixels only, displaced. Its
+// target keeps the rest.
+struct SampledPixels {
+    const Target& chosen;   // Supersampling::Part::chosen
+    glm::dvec2 place{0.0};  // of the sample in its pixel, in texels of the target
+    float edge = 1.0f;      // of the square that it represents, pixels
+};
+
+// For a pass that executes others again.
+struct PassRepeater {
+    std::function<void(std::size_t pass, const SampledPixels& sampled)> repeat;
+    std::function<bool()> abandoned;  // whether the frame is no longer wanted
 };
 
 // The pass to execute, its plan and the objects that it reads.
@@ -58,6 +76,8 @@ struct PassInput {
     const gl::BufferTexture* surfaceLightTexture = nullptr;
     std::span<const light::LightValue> movingLight = {};  // see light::lightOfMoving()
     const gl::Framebuffer* recording = nullptr;  // draws into the target and into records of rays
+    const SampledPixels* sampled = nullptr;      // null: all pixels, undisplaced
+    const PassRepeater* repeater = nullptr;      // of Supersampling
 
     const Target& target() const { return *targets[pass.target]; }
     const Target& read(TargetId id) const { return *targets[id]; }
@@ -76,6 +96,7 @@ void execute(PassResources& resources, const PassInput& input, const DrawShadowT
 void execute(PassResources& resources, const PassInput& input, const DrawBackFaces& work);
 void execute(PassResources& resources, const PassInput& input, const DrawChannel& work);
 void execute(PassResources& resources, const PassInput& input, const CopyBackdrop& work);
+void execute(PassResources& resources, const PassInput& input, const Supersampling& work);
 void execute(PassResources& resources, const PassInput& input, const AssembleLens& work);
 void execute(PassResources& resources, const PassInput& input, const Twirl& work);
 void execute(PassResources& resources, const PassInput& input, const Convolve& work);
@@ -105,6 +126,13 @@ struct PassView {
 // blocks.glsl).
 void bindView(PassResources& resources, const PassInput& input, const PassView& view,
               const glm::dmat3& axesFromWorld);
+
+// Begins a further sample of a view: sets depth to the far end in the chosen pixels and to the near
+// end in all others, and colour, if there is one, in the former.
+void beginSampledPixels(PassResources& resources, const PassInput& input,
+                        const std::optional<glm::vec4>& color);
+// Binds what a program with the variant SAMPLED_PIXELS reads.
+void bindSampledPixels(PassResources& resources, const PassInput& input);
 
 // Fills the uniform blocks of the pass's reflections; drawAll() binds one for each draw.
 void uploadReflections(PassResources& resources, const PassInput& input, const PassView& view,

@@ -150,7 +150,8 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
                                 const Target* environment, const Target* shadows,
                                 const Target* tints, DrawStream& draws, const gl::Rect& rect,
                                 const light::SurfaceLight* surfaceLight,
-                                std::span<const light::LightValue> movingLight) {
+                                std::span<const light::LightValue> movingLight,
+                                std::uint32_t lobePaths) {
     const View& view = work.view;
     std::span<const std::uint32_t> values, emitters;
     if (surfaceLight) {
@@ -182,47 +183,36 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
     around.background = work.background.radiance;
     surroundings_.emplace(around);
     rect_ = rect;
-    sample_ = 0;
+    radiance_.assign(std::size_t{rect.width} * rect.height, glm::vec4(0.0f));
     stride_ = work.everyPixel ? 1 : rays_.stride;
+    lobePaths_ = lobePaths;
 }
 
 const rays::Surroundings& ProcessorTracer::beginLookups(const FramePlan& plan, DrawStream& draws) {
     return surroundings_.emplace(sceneAround(plan, draws, nullptr));
 }
 
-void ProcessorTracer::beginSample() {
-    radiance_.assign(std::size_t{rect_.width} * rect_.height, glm::vec4(0.0f));
-    ++sample_;
-}
-
 std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& starts,
                                       const gl::Framebuffer& ways) {
-    std::vector<Sample>& samples = lists_[list];
-    samples.resize(std::max<std::size_t>(samples.size(), sample_));
-    Sample& sample = samples[sample_ - 1];
-    sample.starts.resize(radiance_.size());
+    starts_.resize(radiance_.size());
     ways_.resize(radiance_.size());
-    starts.readWords(rect_, std::as_writable_bytes(std::span(sample.starts)));
+    starts.readWords(rect_, std::as_writable_bytes(std::span(starts_)));
     ways.readWords(rect_, std::as_writable_bytes(std::span(ways_)));
-    std::vector<rays::Earlier> earlier;
-    for (std::size_t i = 0; i + 1 < sample_; ++i) {
-        earlier.push_back({samples[i].starts, samples[i].paths});
-    }
     return rays::follow(*surroundings_,
                         {stride_, std::min(stride_, rays_.finest), rays_.contrast,
-                         rays_.contrastBetween, rays_.lobePaths},
+                         rays_.contrastBetween, lobePaths_},
                         {.kind = list == 0 ? rays::Ray::mirrored : rays::Ray::transmitted,
                          .width = rect_.width,
-                         .starts = sample.starts,
-                         .ways = ways_,
-                         .earlier = earlier},
-                        radiance_, sample.paths);
+                         .starts = starts_,
+                         .ways = ways_},
+                        radiance_, paths_[list]);
 }
 
 void ProcessorTracer::releaseScratch() {
     shadowMap_ = {};
     depthsKey_ = tintsKey_ = 0;
-    lists_ = {};
+    paths_ = {};
+    std::vector<rays::Start>().swap(starts_);
     std::vector<rays::Way>().swap(ways_);
     std::vector<glm::vec4>().swap(radiance_);
 }

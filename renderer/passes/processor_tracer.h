@@ -38,17 +38,15 @@ public:
     // view, with the harmonics of the environment; must outlive the pass. rect: of the records.
     // shadows: what the lights see; may be null.
     // surfaceLight: values at vertices; may be null. movingLight: see light::lightOfMoving().
+    // lobePaths: see rays::Density.
     void beginPass(const FramePlan& plan, const FollowRays& work, const Target* environment,
                    const Target* shadows, const Target* tints, DrawStream& draws,
                    const gl::Rect& rect, const light::SurfaceLight* surfaceLight,
-                   std::span<const light::LightValue> movingLight);
-    // Begins a sample of the pixels: the light is 0, and a record that equals that of an earlier
-    // sample has its path.
-    void beginSample();
+                   std::span<const light::LightValue> movingLight, std::uint32_t lobePaths);
     // Follows one ray of each pixel; `list` numbers them. Returns the number of paths.
     std::uint64_t follow(std::size_t list, const gl::Framebuffer& starts,
                          const gl::Framebuffer& ways);
-    // For each pixel of `rect`: the light along the rays of the sample (rgb).
+    // For each pixel of `rect`: the light along its rays (rgb).
     std::span<const glm::vec4> radiance() const { return radiance_; }
 
     // For passes that only ask what rays meet: begins one whose eye space has the world's axes.
@@ -88,14 +86,9 @@ private:
     std::optional<rays::Surroundings> surroundings_;
     std::vector<light::LightValue> lightValues_;  // if something moves
     gl::Rect rect_;
-    std::uint32_t sample_ = 0;  // from 1
-    std::uint32_t stride_ = 1;
-    // The samples of one of the rays of each pixel.
-    struct Sample {
-        std::vector<rays::Start> starts;
-        rays::Scratch paths;
-    };
-    std::array<std::vector<Sample>, 2> lists_;
+    std::uint32_t stride_ = 1, lobePaths_ = 1;
+    std::vector<rays::Start> starts_;
+    std::array<rays::Scratch, 2> paths_;  // of each list
     std::vector<rays::Way> ways_;
     std::vector<glm::vec4> radiance_;
 

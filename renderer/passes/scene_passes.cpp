@@ -83,22 +83,6 @@ gl::Rect glRect(const TargetRect& rect) {
     return {rect.x, rect.y, rect.width, rect.height};
 }
 
-// Copies the records of one sample of each pixel.
-void copySample(PassResources& resources, const Target& records, std::uint32_t sample,
-                const gl::Framebuffer& copy, const gl::Rect& rect) {
-    gl::apply(gl::State{});
-    gl::apply(gl::Facing{.cullBack = false});
-    blocks::FilterBlock block{};
-    block.parameters.x = static_cast<float>(sample);
-    resources.filterBlock.assign(blocks::bytesOf(block));
-    resources.filterBlock.bindUniform(BINDING_FILTER);
-    copy.bindPart(rect);
-    records.texture().bind(UNIT_SOURCE);
-    resources.shaders.program({"fullscreen.vert", "copy_sample.frag"}).use();
-    resources.noVertices.bind();
-    gl::drawTriangle();
-}
-
 // Draws with the current state into the target and into the records.
 void drawRecorded(PassResources& resources, const PassInput& input, const PassView& view,
                   const RecordedDraws& recorded, std::uint32_t records, std::uint32_t face) {
@@ -158,27 +142,26 @@ DrawProgram channelProgram(const FramePlan& plan) {
 }  // namespace
 
 void beginPrograms(PassResources& resources, const PassInput& input) {
-    const auto begin = [&](const Pass& pass, const auto& work, const DrawProgram& program,
+    const auto begin = [&](const auto& work, const DrawProgram& program,
                            const std::vector<Draw>& draws) {
-        const std::uint32_t bits =
-            viewBits(input.plan, work.view, input.plan.targets[pass.target],
-                     work.background.coverage, input.surfaceLight != nullptr);
+        const std::uint32_t bits = viewBits(input.plan, work.view, work.background.coverage,
+                                            input.surfaceLight != nullptr);
         for (const Draw& draw : draws) {
             resources.shaders.begin(keyOf(input.plan, program, draw.features, bits));
         }
     };
     for (const Pass& pass : input.plan.passes) {
         if (const auto* scene = std::get_if<DrawScene>(&pass.work)) {
-            begin(pass, *scene, kSurface, scene->opaqueDraws);
-            begin(pass, *scene, kRecording, scene->recorded.draws);
-            begin(pass, *scene, kSurface, scene->blendedDraws);
+            begin(*scene, kSurface, scene->opaqueDraws);
+            begin(*scene, kRecording, scene->recorded.draws);
+            begin(*scene, kSurface, scene->blendedDraws);
         } else if (const auto* glass = std::get_if<DrawGlass>(&pass.work)) {
-            begin(pass, *glass, kSurface, glass->glassDraws);
-            begin(pass, *glass, kRecording, glass->recorded.draws);
-            begin(pass, *glass, kSurface, glass->blendedDraws);
+            begin(*glass, kSurface, glass->glassDraws);
+            begin(*glass, kRecording, glass->recorded.draws);
+            begin(*glass, kSurface, glass->blendedDraws);
         } else if (const auto* blended = std::get_if<DrawBlended>(&pass.work)) {
-            begin(pass, *blended, kSurface, blended->draws);
-            begin(pass, *blended, kRecording, blended->recorded.draws);
+            begin(*blended, kSurface, blended->draws);
+            begin(*blended, kRecording, blended->recorded.draws);
         }
     }
 }
@@ -200,10 +183,13 @@ void execute(PassResources& resources, const PassInput& input, const DrawScene& 
                     .colorWrite = false,
                     .clip = work.view.clipPlane.has_value()};
     gl::apply(state);
-    if (const auto& radiance = work.background.radiance) {
-        gl::clearColorAndDepth({radiance->x, radiance->y, radiance->z, kFarShare});
+    const auto& radiance = work.background.radiance;
+    const glm::vec4 background = radiance ? glm::vec4(*radiance, kFarShare) : glm::vec4(0.0f);
+    if (input.sampled) {
+        // The sky and surfaces cover everything.
+        beginSampledPixels(resources, input, work.sky ? std::nullopt : std::optional(background));
     } else {
-        gl::clearColorAndDepth();
+        gl::clearColorAndDepth({background.x, background.y, background.z, background.w});
     }
 
     const auto masked =
@@ -213,7 +199,10 @@ void execute(PassResources& resources, const PassInput& input, const DrawScene& 
     const std::span<const Draw> cut(masked, work.opaqueDraws.end());
 
     gl::apply(state);
-    drawAll(resources, input, view, work.depthDraws, depthRecords, kDepth);
+    // Where few pixels are shaded, the prepass costs more than what it hides.
+    if (!input.sampled) {
+        drawAll(resources, input, view, work.depthDraws, depthRecords, kDepth);
+    }
     // Depths of the prepass are equal bit for bit; see eye_position.glsl. Without a prepass the
     // depth test is the same, because some drivers compile different code for another one.
     state.colorWrite = true;
@@ -229,7 +218,6 @@ void execute(PassResources& resources, const PassInput& input, const DrawScene& 
     drawRecorded(resources, input, view, work.recorded, recordedRecords, work.face);
     if (work.sky) drawSky(resources, input);
     drawBlended(resources, input, view, work.blendedDraws, blendedRecords);
-    input.target().resolve();
 }
 
 namespace {
@@ -338,7 +326,6 @@ void execute(PassResources& resources, const PassInput& input, const DrawGlass& 
     drawAll(resources, input, view, work.glassDraws, glassRecords, kSurface);
     drawRecorded(resources, input, view, work.recorded, recordedRecords, work.face);
     drawBlended(resources, input, view, work.blendedDraws, blendedRecords);
-    input.target().resolve();
 }
 
 void execute(PassResources& resources, const PassInput& input, const DrawBlended& work) {
@@ -353,52 +340,34 @@ void execute(PassResources& resources, const PassInput& input, const DrawBlended
     drawBlended(resources, input, view, work.draws, records);
     gl::apply(blendedState(view));
     drawRecorded(resources, input, view, work.recorded, recordedRecords, work.face);
-    input.target().resolve();
 }
 
 void execute(PassResources& resources, const PassInput& input, const FollowRays& work) {
     const gl::Rect rect = glRect(work.rect);
-    const gl::Texture& radiance = input.read(work.radiance).texture();
-    const bool multisampled = !work.sample.empty();
-    const std::uint32_t samples =
-        multisampled ? input.read(work.records.front()).spec().samples : 1;
     beginView(resources, input, {.view = work.view, .environment = work.environment});
     ProcessorTracer& tracer = *input.processorTracer;
     tracer.beginPass(
         input.plan, work, work.environment == kNoTarget ? nullptr : &input.read(work.environment),
         input.plan.shadowMap == kNoTarget ? nullptr : &input.read(input.plan.shadowMap),
         input.plan.shadowTints == kNoTarget ? nullptr : &input.read(input.plan.shadowTints),
-        resources.draws, rect, input.surfaceLight, input.movingLight);
-    for (std::uint32_t sample = 0; sample < samples; ++sample) {
-        tracer.beginSample();
-        // Rays through glass first: they bring more light than those that it mirrors, which may
-        // then be coarser.
-        for (std::size_t list = work.records.size() / 2; list-- > 0;) {
-            const gl::Framebuffer* records[2];
-            for (std::size_t k = 0; k < 2; ++k) {
-                const Target& record = input.read(work.records[2 * list + k]);
-                if (multisampled) {
-                    records[k] = &input.read(work.sample[k]).drawn();
-                    copySample(resources, record, sample, *records[k], rect);
-                } else {
-                    records[k] = &record.drawn();
-                }
-            }
-            resources.counters.paths += tracer.follow(list, *records[0], *records[1]);
-        }
-        radiance.uploadPart(rect, std::as_bytes(tracer.radiance()));
-        gl::apply(gl::State{.blending = gl::Blending::add});
-        gl::apply(gl::Facing{.cullBack = false});
-        if (multisampled) gl::setSamples(1u << sample);
-        input.target().drawn(work.face).bindPart(rect);
-        radiance.bind(UNIT_SOURCE);
-        resources.samplers.sampler({}).bind(UNIT_SOURCE);
-        resources.shaders.program({"fullscreen.vert", "copy.frag"}).use();
-        resources.noVertices.bind();
-        gl::drawTriangle();
-        gl::setAllSamples();
+        resources.draws, rect, input.surfaceLight, input.movingLight,
+        input.sampled ? 1 : input.plan.rays->lobePaths);  // a lobe is integrated once
+    // Rays through glass first: they bring more light than those that it mirrors, which may then be
+    // coarser.
+    for (std::size_t list = work.records.size() / 2; list-- > 0;) {
+        resources.counters.paths += tracer.follow(list, input.read(work.records[2 * list]).drawn(),
+                                                  input.read(work.records[2 * list + 1]).drawn());
     }
-    input.target().resolve();
+    const gl::Texture& radiance = input.read(work.radiance).texture();
+    radiance.uploadPart(rect, std::as_bytes(tracer.radiance()));
+    gl::apply(gl::State{.blending = gl::Blending::add});
+    gl::apply(gl::Facing{.cullBack = false});
+    input.target().drawn(work.face).bindPart(rect);
+    radiance.bind(UNIT_SOURCE);
+    resources.samplers.sampler({}).bind(UNIT_SOURCE);
+    resources.shaders.program({"fullscreen.vert", "copy.frag"}).use();
+    resources.noVertices.bind();
+    gl::drawTriangle();
 }
 
 namespace {
@@ -425,7 +394,6 @@ void execute(PassResources& resources, const PassInput& input, const DrawChannel
     gl::apply(gl::State{.depthTest = gl::DepthTest::nearer, .depthWrite = true});
     gl::clearColorAndDepth();
     drawAll(resources, input, view, work.draws, records, channelProgram(input.plan));
-    input.target().resolve();
 }
 
 void execute(PassResources& resources, const PassInput& input, const MeasureInstances& work) {
@@ -450,19 +418,24 @@ void execute(PassResources& resources, const PassInput& input, const MeasureInst
 void execute(PassResources& resources, const PassInput& input, const CopyBackdrop& work) {
     const Target& source = input.read(work.source);
     const bool isBlurred = input.target().spec().levels > 1;
-    if (!isBlurred || source.spec().kind == TargetKind::cube) {
-        source.readable(work.face).resolveInto(input.target().drawn());
+    if (!input.sampled && (!isBlurred || source.spec().kind == TargetKind::cube)) {
+        source.readable(work.face).copyInto(input.target().drawn());
     } else {
         gl::apply(gl::State{});
         gl::apply(gl::Facing{.cullBack = false});
         input.target().drawn().bind();
         source.texture().bind(UNIT_SOURCE);
         resources.samplers.sampler({}).bind(UNIT_SOURCE);
-        resources.shaders.program({"fullscreen.vert", "backdrop.frag"}).use();
+        if (input.sampled) bindSampledPixels(resources, input);
+        resources.shaders
+            .program({"fullscreen.vert", isBlurred ? "backdrop.frag" : "copy.frag", 0,
+                      input.sampled ? SAMPLED_PIXELS : 0})
+            .use();
         resources.noVertices.bind();
         gl::drawTriangle();
     }
-    input.target().makeLevels();
+    // Blurred levels of the first sample serve the others.
+    if (!input.sampled) input.target().makeLevels();
 }
 
 }  // namespace clerestory

@@ -74,11 +74,8 @@ void Target::makeTextures() {
         .width = spec_.width,
         .height = spec_.height,
         .levels = spec_.levels,
-        .samples = spec_.format == Format::rgba32ui ? spec_.samples : 1,
         .alike = alike});
-    if (spec_.depth) {
-        depth_.emplace(gl::RenderFormat::depth32f, spec_.width, spec_.height, spec_.samples);
-    }
+    if (spec_.depth) depth_.emplace(spec_.width, spec_.height);
     gl::FramebufferDescription description{.color = &*color_,
                                            .depth = depth_ ? &*depth_ : nullptr,
                                            .width = spec_.width,
@@ -106,15 +103,6 @@ void Target::makeTextures() {
             drawn_.emplace_back(description);
         }
         return;
-    }
-    if (spec_.samples > 1 && spec_.format != Format::rgba32ui) {
-        resolved_.emplace(gl::FramebufferDescription{
-            .color = &*color_, .width = spec_.width, .height = spec_.height});
-        colorSamples_.emplace(
-            spec_.format == Format::rgba32f ? gl::RenderFormat::rgba32f : gl::RenderFormat::rgba16f,
-            spec_.width, spec_.height, spec_.samples);
-        description.color = nullptr;
-        description.colorSamples = &*colorSamples_;
     }
     drawn_.emplace_back(description);
     for (std::uint32_t level = 1; level < spec_.levels; ++level) {
@@ -155,16 +143,11 @@ void Target::halve(const gl::Framebuffer& from, const gl::Framebuffer& to,
 }
 
 gl::FramebufferDescription Target::drawnDescription(std::uint32_t face) const {
-    return {.color = colorSamples_ ? nullptr : &*color_,
+    return {.color = &*color_,
             .face = face,
-            .colorSamples = colorSamples_ ? &*colorSamples_ : nullptr,
             .depth = depth_ ? &*depth_ : nullptr,
             .width = spec_.width,
             .height = spec_.height};
-}
-
-void Target::resolve() const {
-    if (resolved_) drawn().resolveInto(*resolved_);
 }
 
 std::uint64_t Target::bytes() const {
@@ -176,8 +159,7 @@ std::uint64_t Target::bytes() const {
     const bool odd = std::any_of(intermediates_.begin(), intermediates_.end(),
                                  [](const auto& picture) { return picture != nullptr; });
     const std::uint64_t levels = spec_.levels > 1 ? texels * color * (odd ? 5 : 1) / 3 : 0;
-    const std::uint64_t multisampled = spec_.samples > 1 ? texels * color * spec_.samples : 0;
-    return texels * color + levels + multisampled + texels * depth * spec_.samples;
+    return texels * color + levels + texels * depth;
 }
 
 void TargetPool::makeAvailable() {

@@ -23,17 +23,16 @@ public:
     const TargetSpec& spec() const { return spec_; }
     display::Picture& picture() const { return *picture_; }
     const gl::Texture& texture() const { return *color_; }
-    // For drawing: level 0 (of a cube, of one face); multisampled if the spec says so.
+    // For drawing: level 0 (of a cube, of one face).
     const gl::Framebuffer& drawn(std::uint32_t face = 0) const { return drawn_[face]; }
     const gl::Framebuffer& face(std::uint32_t level, std::uint32_t face) const {
         return drawn_[level * 6 + face];
     }
-    // For reading; the same as drawn() without multisampling.
+    // For reading.
     const gl::Framebuffer& readable(std::uint32_t face = 0, std::uint32_t level = 0) const {
         if (spec_.kind == TargetKind::cube) return this->face(level, face);
-        return level == 0 && resolved_ ? *resolved_ : drawn_[level];
+        return drawn_[level];
     }
-    void resolve() const;
     // Averages level 0 into the smaller levels. All texels have equal weight, even for odd edges.
     void makeLevels() const;
     std::uint64_t bytes() const;
@@ -55,9 +54,8 @@ private:
     TargetSpec spec_;
     std::unique_ptr<display::Picture> picture_;
     std::optional<gl::Texture> color_;
-    std::optional<gl::Renderbuffer> colorSamples_, depth_;
+    std::optional<gl::DepthBuffer> depth_;
     std::vector<gl::Framebuffer> drawn_;
-    std::optional<gl::Framebuffer> resolved_;
     std::vector<std::unique_ptr<Intermediate>> intermediates_;  // per level; null for even edges
 };
 

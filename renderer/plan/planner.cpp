@@ -7,6 +7,7 @@
 #include "plan/effects/lens_tiles.h"
 #include "plan/effects/ray_tracing.h"
 #include "plan/effects/shadows.h"
+#include "plan/effects/supersampling.h"
 #include "plan/effects/surface_light.h"
 #include "plan/effects/view_context.h"
 #include "plan/explain.h"
@@ -15,7 +16,6 @@
 #include "plan/visibility/view.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <iterator>
 
@@ -29,17 +29,14 @@ bool hasFloatOutput(const FrameRequest& request) {
 }
 
 // The target of the root view.
-TargetSpec mainTarget(const FrameRequest& request, const DeviceLimits& limits) {
+TargetSpec mainTarget(const FrameRequest& request) {
     const bool color = request.output.channel == Channel::color;
-    const std::uint32_t samples =
-        color ? std::min(request.accuracy.samples, std::max(1u, limits.maxSamples)) : 1;
     // Alpha is a difference of two pictures.
     const bool transparent = color && isTransparent(request.background);
     return {.name = color ? "radiance" : "numbers",
             .format = hasFloatOutput(request) || transparent ? Format::rgba32f : Format::rgba16f,
             .width = request.width,
             .height = request.height,
-            .samples = std::bit_floor(samples),  // drivers support powers of two
             .depth = true};
 }
 
@@ -169,23 +166,24 @@ void planColorFrame(const FrameContext& context, const FrameRequest& request, co
     agree(views, plan, roots);
     SeenView seen;
     std::vector<ViewTask> drawn = roots.tasks;  // with the targets of their finished pictures
+    const auto exposureFactor = static_cast<float>(std::exp2(request.exposure));
     for (ViewTask& task : drawn) {
+        const std::size_t firstPass = plan.passes.size();
         add(seen, planBackground(views, task, request.background, task.target));
+        planSupersampling(builder, firstPass, task.target, request, exposureFactor);
     }
     planRays(plan, context, stage);
     const TargetId radiance =
         plan.lens ? planAssembly(plan, roots.tiles, drawn, roots.frame) : drawn.front().target;
     explainOmissions(plan, stage, seen);
     explainBackground(plan, request.background);
-    const auto exposureFactor = static_cast<float>(std::exp2(request.exposure));
     const TargetId picture = planFilters(plan, request.filters, radiance, exposureFactor);
     if (hasFloatOutput(request)) {
         plan.output = picture;
         plan.skipped.push_back(
             {"toneMap", Effect::base, "the output format holds linear radiance"});
     } else {
-        planDisplay(plan, request, picture, mainTarget(request, context.limits).samples,
-                    exposureFactor, context.limits.display);
+        planDisplay(plan, request, picture, exposureFactor, context.limits.display);
     }
 }
 
@@ -245,7 +243,7 @@ FramePlan planFrame(const FrameContext& context, const FrameRequest& request) {
                                          request.height),
                    .width = request.width,
                    .height = request.height,
-                   .target = PlanBuilder(plan).addTarget(mainTarget(request, context.limits)),
+                   .target = PlanBuilder(plan).addTarget(mainTarget(request)),
                    .mirrorsLeft = request.accuracy.generations,
                    .probeGeneration = request.accuracy.generations};
     if (auto lens = requestedLens(request.camera, context.scene, context.pose, request.width,

@@ -34,11 +34,11 @@ enum class DrawStage { depth, opaque, recorded, blended };
 struct WarmUpPrograms {
     using ViewBits = std::uint32_t;
     std::set<std::tuple<std::string_view, TargetKind, Format>> fullScreen;
-    // bool: whether it reflects a picture; the number: samples.
-    std::set<std::tuple<std::string_view, DrawStage, ViewBits, Features, Index, bool, Format,
-                        std::uint32_t, Primitive>>
+    // bool: whether it reflects a picture.
+    std::set<
+        std::tuple<std::string_view, DrawStage, ViewBits, Features, Index, bool, Format, Primitive>>
         draws;
-    std::set<std::tuple<Format, std::uint32_t>> rays;
+    std::set<Format> rays;
     std::set<std::uint64_t> maps;  // by resident key
     std::set<ViewBits> skies;
 };
@@ -73,11 +73,34 @@ private:
         }
     }
 
+    // Executes again what has programs of its own for chosen pixels, in all pixels.
+    void add(const Pass& pass, const Supersampling& work) {
+        const TargetSpec& target = plan_.targets[pass.target];
+        if (!planned_.fullScreen.emplace(pass.kind(), target.kind, target.format).second) return;
+        Supersampling bare = work;
+        bare.passes.clear();
+        bare.samples = bare.firstSamples = 2;
+        bare.share = 1.0;
+        bare.leastContrast = 0.0;
+        for (const auto& [again, part] : work.passes) {
+            Pass repeated = plan_.passes[again];
+            if (const auto* scene = std::get_if<DrawScene>(&repeated.work)) {
+                repeated.work = DrawScene{.view = scene->view};
+            } else if (!std::holds_alternative<CopyBackdrop>(repeated.work)) {
+                continue;
+            }
+            bare.passes.push_back({passes_.size(), part});
+            passes_.push_back(std::move(repeated));
+        }
+        passes_.push_back(pass);
+        passes_.back().work = std::move(bare);
+    }
+
     // Last: it waits for the hierarchy of the scene, which another thread builds from the first
     // record of rays on.
     void add(const Pass& pass, const FollowRays& work) {
         const TargetSpec& target = plan_.targets[pass.target];
-        if (!planned_.rays.emplace(target.format, target.samples).second) return;
+        if (!planned_.rays.insert(target.format).second) return;
         FollowRays bare = work;
         bare.rect = {0, 0, 1, 1};
         last_.push_back(pass);
@@ -88,8 +111,7 @@ private:
         DrawScene bare = work;
         bare.depthDraws = bare.opaqueDraws = bare.recorded.draws = bare.blendedDraws = {};
         bare.sky = false;
-        if (work.sky &&
-            planned_.skies.insert(bitsOf(work.view, plan_.targets[pass.target])).second) {
+        if (work.sky && planned_.skies.insert(bitsOf(work.view)).second) {
             passes_.push_back(pass);
             passes_.back().work = bare;
             std::get<DrawScene>(passes_.back().work).sky = true;
@@ -176,10 +198,9 @@ private:
         const TargetSpec& target = plan_.targets[pass.target];
         const bool isNew =
             planned_.draws
-                .emplace(pass.kind(), stage, bitsOf(bare.view, target), draw.features,
+                .emplace(pass.kind(), stage, bitsOf(bare.view), draw.features,
                          stage == DrawStage::depth ? kNone : draw.material,
-                         draw.reflection != kNoReflection, target.format, target.samples,
-                         draw.primitive)
+                         draw.reflection != kNoReflection, target.format, draw.primitive)
                 .second;
         if (!isNew) return;
         const auto holds = [&](const Pass& last) {
@@ -195,8 +216,8 @@ private:
         list(std::get<Work>(passes_.back().work)).push_back(draw);
     }
 
-    std::uint32_t bitsOf(const View& view, const TargetSpec& target) const {
-        return viewBits(plan_, view, target, plan_.transparent, plan_.surfaceLight != 0);
+    std::uint32_t bitsOf(const View& view) const {
+        return viewBits(plan_, view, plan_.transparent, plan_.surfaceLight != 0);
     }
 
     const FramePlan& plan_;

@@ -286,13 +286,8 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density,
         scratch[i] = {};
         if (!starts[i].present()) return;
         const RecordedRay ray = rayOf(starts[i], records.ways[i]);
-        const auto same = std::find_if(records.earlier.begin(), records.earlier.end(),
-                                       [&](const Earlier& e) { return e.starts[i] == starts[i]; });
         Path path{};
-        if (same != records.earlier.end()) {
-            settle(i, ray, same->paths[i]);
-        } else if (step < density.stride &&
-                   list.known(x, y, step, ray, glm::vec3(radiance[i]), path)) {
+        if (step < density.stride && list.known(x, y, step, ray, glm::vec3(radiance[i]), path)) {
             settle(i, ray, path);
         } else {
             own.add(i, ray);

@@ -39,21 +39,12 @@ struct Density {
 // Memory that calls of follow() reuse to avoid allocations.
 using Scratch = std::vector<Path>;
 
-// The rays of an earlier call and their paths.
-struct Earlier {
-    std::span<const Start> starts;
-    std::span<const Path> paths;
-};
-
 // One ray of each pixel, in rows of `width`.
 struct Records {
     Ray kind = Ray::mirrored;
     std::uint32_t width = 0;
     std::span<const Start> starts;
     std::span<const Way> ways;
-    // Of the same pixels, such as those of their other samples; a ray that starts as one of them
-    // did has its path.
-    std::span<const Earlier> earlier;
 };
 
 // Adds to each pixel's radiance (rgb) that along its ray times its share. Returns the number of

@@ -164,8 +164,8 @@ ordered_json passJson(const FramePlan& plan, const Pass& pass) {
         json["width"] = target.width;
         json["height"] = target.height;
         json["format"] = nameOf(target.format);
-        json["samples"] = target.samples;
     }
+    if (const auto* work = std::get_if<Supersampling>(&pass.work)) json["samples"] = work->samples;
     json["draws"] = t.draws;
     json["triangles"] = t.triangles;
     auto& reads = json["reads"] = ordered_json::array();

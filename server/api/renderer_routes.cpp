@@ -94,7 +94,6 @@ Answer describeRenderer(const RendererRoutes& routes, const Call&) {
          {"clipControl", id.clipControl},
          {"timerQueriesTrusted", id.timerQueriesTrusted},
          {"tellsOfResets", id.tellsOfResets},
-         {"maxSamples", id.maxSamples},
          {"maxAnisotropy", id.maxAnisotropy},
          {"maxTextureSize", id.maxTextureSize},
          {"shaders",

@@ -159,25 +159,25 @@ ordered_json lightSchema() {
 }
 
 ordered_json planSchema() {
-    const ordered_json pass =
-        object({{"kind", described(kText, "type of the pass")},
-                {"name", kText},
-                {"subject", subjectSchema()},
-                {"effect", described(kText, "the effect that requires it")},
-                {"generation", described(kCount, "depth of reflections")},
-                {"views", kCount},
-                {"draws", kCount},
-                {"triangles", kCount},
-                {"reads", described(listOf(kText), "targets of earlier passes")},
-                {"reason", described(kText, "why it runs")},
-                {"viewMatrices", listOf(viewSchema())}},
-               {{"target", kText},
-                {"width", kCount},
-                {"height", kCount},
-                {"format", oneOf({"rgba16f", "rgba32f", "srgba8", "rgba32ui", "depth32f"})},
-                {"samples", described(kCount, "samples per pixel")},
-                {"milliseconds", described(kNumber, "measured; only of frames that were drawn")},
-                {"paths", described(kCount, "rays followed; only of drawn passes of kind rays")}});
+    const ordered_json pass = object(
+        {{"kind", described(kText, "type of the pass")},
+         {"name", kText},
+         {"subject", subjectSchema()},
+         {"effect", described(kText, "the effect that requires it")},
+         {"generation", described(kCount, "depth of reflections")},
+         {"views", kCount},
+         {"draws", kCount},
+         {"triangles", kCount},
+         {"reads", described(listOf(kText), "targets of earlier passes")},
+         {"reason", described(kText, "why it runs")},
+         {"viewMatrices", listOf(viewSchema())}},
+        {{"target", kText},
+         {"width", kCount},
+         {"height", kCount},
+         {"format", oneOf({"rgba16f", "rgba32f", "srgba8", "rgba32ui", "depth32f"})},
+         {"samples", described(kCount, "of supersampling: samples of a pixel with contrast")},
+         {"milliseconds", described(kNumber, "measured; only of frames that were drawn")},
+         {"paths", described(kCount, "rays followed; only of drawn passes of kind rays")}});
     const ordered_json skipped = object(
         {{"name", kText}, {"subject", subjectSchema()}, {"effect", kText}, {"reason", kText}});
     const ordered_json candidate =
@@ -409,7 +409,6 @@ ordered_json rendererSchema() {
          {"clipControl", described(kFlag, "depth can run from 1 to 0")},
          {"timerQueriesTrusted", described(kFlag, "milliseconds are measured by the GPU")},
          {"tellsOfResets", described(kFlag, "the driver reports resets of the GPU")},
-         {"maxSamples", kCount},
          {"maxAnisotropy", kCount},
          {"maxTextureSize", kCount},
          {"shaders", shaders},

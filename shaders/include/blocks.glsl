@@ -14,6 +14,7 @@ BLOCK_BEGIN(ViewBlock, BINDING_VIEW)
     vec4 backdrop;          // last level; radiance of a background that replaces the map
     // 1 / width and 1 / height of the shadow map, samples of soft shadows; 1: there is such a background
     vec4 shadows;
+    vec4 sampling;          // x: edge of the square that a sample represents, pixels
 BLOCK_END(view)
 
 BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)
@@ -64,6 +65,7 @@ BLOCK_BEGIN(FilterBlock, BINDING_FILTER)
     // Transparent pictures: 1 as the third number. twirl: radians per pixel, radius. convolve: 1 if
     // it repeats. glowBright: threshold. glowUp: share of the wider one. glow: threshold, strength.
     // lens: the first pixel of the part; above 0 for depth.
+    // A further sample of pixels: the colour that it begins with.
     vec4 parameters;
     vec4 kernel[3];  // convolve: rows, the first on top
 BLOCK_END(filtering)

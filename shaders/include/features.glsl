@@ -48,9 +48,8 @@ const uint VIEW_SHADOWS_TINTED = 1u << 9;  // by glass and blended surfaces
 const uint VIEW_COVERAGE = 1u << 10;  // alpha is the share of a pixel that surfaces cover
 const uint VIEW_SHARED_PROGRAMS = 1u << 11;  // some meshes have no colours; see drawNumbers
 const uint VIEW_SURFACE_LIGHT = 1u << 4;  // vertices have light of their surroundings
-const uint VIEW_EMITTERS = 1u << 13;  // and light of emissive surfaces, for specular lobes
-const uint VIEW_ROUND_LAMPS = 1u << 14;  // a lamp has a radius, so that highlights show its disc
-const uint VIEW_SAMPLES = 1u << 12;  // pixels have several; see coveredPosition()
+const uint VIEW_EMITTERS = 1u << 12;  // and light of emissive surfaces, for specular lobes
+const uint VIEW_ROUND_LAMPS = 1u << 13;  // a lamp has a radius, so that highlights show its disc
 #define viewHas(bit) ((VIEW & (bit)) != 0u)  // a macro as has() is
 
 // Layers of a draw's material and their textures: bits of LAYERS, the upper half of Draw::features.

@@ -287,8 +287,8 @@ vec3 shadedGlass(MaterialPoint m, Surface s) {
     m.metallic = metallicBesideGlass(g.transmission, m.metallic);
     Surface opaque = surfaceOf(m, s.toEye, s.nDotV);
     opaque.light = s.light;
-    GlassLight light = has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, coveredPosition(), g)
-                                                 : glassLight(s, coveredPosition(), g);
+    GlassLight light = has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
+                                                 : glassLight(s, positionEye, g);
     weighRays(mix(opaque.reflectance, light.mirroredShare, clear), clear * light.throughShare);
     return lampsAt(lit) + mix(environmentLight(opaque, light.mirrored), light.clear, clear);
 }

@@ -61,23 +61,11 @@ vec2 metallicRoughnessAt() {
     return clamp(metallicRoughness, 0.0f, 1.0f);
 }
 
-// Of a pixel with several samples: the mean over those that the triangle covers. The pixel's centre may
-// lie outside of the triangle.
-vec3 meshNormalAt() {
-    if (!viewHas(VIEW_SAMPLES)) return vertexNormal;
-    int covered = bitCount(gl_SampleMaskIn[0]);
-    vec3 sum = vec3(0.0f);
-    for (int i = 0; i < gl_NumSamples; ++i) {
-        if ((gl_SampleMaskIn[0] >> i & 1) != 0) sum += interpolateAtSample(vertexNormal, i);
-    }
-    return covered > 0 ? sum / float(covered) : vertexNormal;
-}
-
 vec3 turnedToEye(vec3 n) {
     return gl_FrontFacing ? n : -n;  // backs of one-sided surfaces are culled
 }
 
-// Of the texel of a normal map with this scale. n: meshNormalAt(), not normalised before: as the tangents
+// Of the texel of a normal map with this scale. n: the mesh's normal, not normalised before: as the tangents
 // were made (mikktspace.com).
 vec3 bumpedNormal(vec3 n, vec4 texel, bool isPacked, float scale) {
     vec3 t = vertexTangent.xyz;
@@ -98,7 +86,7 @@ Turn turnIn(sampler2D map, vec2 uv, vec3 x, vec3 y, vec3 here, bool isPacked, fl
     vec2 dv = 0.5f * v;
     Turn turn = evenTurn(x, y);
     if (roughness < kGlintRoughness) {
-        vec3 n = meshNormalAt();
+        vec3 n = vertexNormal;
         turn = bumpyTurn(x, y, here, bumpedNormal(n, textureGrad(map, uv - u, du, dv), isPacked, scale),
                          bumpedNormal(n, textureGrad(map, uv + u, du, dv), isPacked, scale),
                          bumpedNormal(n, textureGrad(map, uv - v, du, dv), isPacked, scale),
@@ -108,7 +96,7 @@ Turn turnIn(sampler2D map, vec2 uv, vec3 x, vec3 y, vec3 here, bool isPacked, fl
 }
 
 vec3 normalAt() {
-    vec3 n = meshNormalAt();
+    vec3 n = vertexNormal;
     if (!has(FEATURE_NORMAL_MAP)) return turnedToEye(direction(n));
     return bumpedNormal(n, mappedNormal(), has(FEATURE_PACKED_NORMAL), materialNumbers().z);
 }

@@ -1,4 +1,4 @@
-// The layers of a material at a pixel, after material.glsl's texCoordBy() and meshNormalAt(). Only what
+// The layers of a material at a pixel, after material.glsl's texCoordBy() and vertexNormal. Only what
 // LAYERS selects is fetched, and only its maps are declared, by passes/shader_library.cpp.
 
 vec2 layerTexCoordOf(int slot) {
@@ -19,7 +19,7 @@ void applySpecularMaps(inout vec4 dielectric, inout float grazing) {
 }
 
 vec3 clearcoatNormalAt() {
-    vec3 n = meshNormalAt();
+    vec3 n = vertexNormal;
     if (!layered(LAYER_CLEARCOAT_NORMAL_MAP)) return turnedToEye(direction(n));
     return bumpedNormal(n, texture(clearcoatNormalMap, layerTexCoordOf(SLOT_CLEARCOAT_NORMAL)), false,
                         layerBlock.clearcoat.z);

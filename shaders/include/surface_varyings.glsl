@@ -2,23 +2,20 @@
 // not read.
 
 VARYING vec3 positionEye;
-VARYING vec3 vertexNormal;  // at the centre; see meshNormalAt()
+VARYING vec3 vertexNormal;
 VARYING vec2 texCoord0;
 VARYING vec2 texCoord1;
-// At a covered sample: of several, the centre of the pixel may lie outside of the triangle, and far from
-// it if the triangle is seen edge-on.
-centroid VARYING vec4 vertexTangent;  // w: sign of the bitangent
-centroid VARYING vec4 vertexColor;
-centroid VARYING vec4 coveredEye;  // positionEye, and modelScale
+VARYING vec4 vertexTangent;  // w: sign of the bitangent
+VARYING vec4 vertexColor;
 // If VIEW_SURFACE_LIGHT:
-centroid VARYING vec3 lightIrradiance;
-centroid VARYING vec4 lightTurned;
-centroid VARYING vec4 lightVisible;
-centroid VARYING vec3 lightNearby;
-centroid VARYING vec2 lightSides;
+VARYING vec3 lightIrradiance;
+VARYING vec4 lightTurned;
+VARYING vec4 lightVisible;
+VARYING vec3 lightNearby;
+VARYING vec2 lightSides;
 // If VIEW_EMITTERS:
-centroid VARYING vec3 lightEmitted;
-centroid VARYING vec3 lightEmittedFlux;
+VARYING vec3 lightEmitted;
+VARYING vec3 lightEmittedFlux;
 flat VARYING float modelScale;  // metres for each unit of the mesh's space
 // First light; number of lights, with a half added if the mesh has no colours, a quarter if only front
 // faces are drawn, an eighth if only back faces are: the walls of a shell; object id or what it is seen as.

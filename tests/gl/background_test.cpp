@@ -4,6 +4,7 @@
 #include "alpha_support.h"
 #include "support.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace clerestory::test {
@@ -52,24 +53,47 @@ FrameRequest stillLifeRequest(bool glass, const std::string& id) {
 
 constexpr Radiance kGrey{0.5, 0.5, 0.5}, kSand{0.7, 0.55, 0.2};
 
-TEST_F(BackgroundTest, APictureBeforeAColourIsTheTransparentOneOverIt) {
-    for (const std::uint32_t samples : {1u, 4u}) {
-        FrameRequest r = stillLifeRequest(false, "opaque still life");
-        r.accuracy.samples = samples;
-        r.background = Background::transparent;
-        renderer().render(r);  // maps are resident from now on
-        const Frame transparent = renderer().render(r);
-        ASSERT_EQ(transparent.image.channels, 4u);
-        for (const Radiance& background : {kGrey, kSand}) {
-            r.background = background;
-            const Frame direct = renderer().render(r);
-            ASSERT_EQ(direct.image.channels, 3u);
-            // Half a unit in the last place of a half float, where the target has halves.
-            const Tolerance rounding{"sum in floats", 1e-5, 0.0};
-            EXPECT_TRUE(imagesMatch(over(transparent.image, background), direct.image, rounding));
-            EXPECT_EQ(transparent.plan.passes.size(), direct.plan.passes.size());
-            EXPECT_EQ(totals(transparent.plan).draws, totals(direct.plan).draws);
+float srgbOf(float light) {
+    const float v = std::clamp(light, 0.0f, 1.0f);
+    return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1.0f / 2.4f) - 0.055f;
+}
+
+// With several samples, an edge of a thing that looks like one background has no contrast before
+// it, and has before another. So both pictures differ, by less than a contrast that counts.
+TEST_F(BackgroundTest, WithSeveralSamplesBothDifferByLessThanAContrast) {
+    FrameRequest r = stillLifeRequest(false, "opaque still life");
+    r.accuracy.samples = 4;
+    r.background = Background::transparent;
+    const Image transparent = renderer().render(r).image;
+    for (const Radiance& background : {kGrey, kSand}) {
+        r.background = background;
+        const Image direct = renderer().render(r).image;
+        const Image composed = over(transparent, background);
+        std::size_t equal = 0;
+        for (std::size_t i = 0; i < std::size_t{3} * direct.width * direct.height; ++i) {
+            const float a = direct.floats()[i], b = composed.floats()[i];
+            equal += std::abs(a - b) < 1e-5f;
+            EXPECT_LT(std::abs(srgbOf(a) - srgbOf(b)), 0.15f) << i;
         }
+        EXPECT_GT(equal, 0.95 * 3 * direct.width * direct.height);
+    }
+}
+
+TEST_F(BackgroundTest, APictureBeforeAColourIsTheTransparentOneOverIt) {
+    FrameRequest r = stillLifeRequest(false, "opaque still life");
+    r.background = Background::transparent;
+    renderer().render(r);  // maps are resident from now on
+    const Frame transparent = renderer().render(r);
+    ASSERT_EQ(transparent.image.channels, 4u);
+    for (const Radiance& background : {kGrey, kSand}) {
+        r.background = background;
+        const Frame direct = renderer().render(r);
+        ASSERT_EQ(direct.image.channels, 3u);
+        // Half a unit in the last place of a half float, where the target has halves.
+        const Tolerance rounding{"sum in floats", 1e-5, 0.0};
+        EXPECT_TRUE(imagesMatch(over(transparent.image, background), direct.image, rounding));
+        EXPECT_EQ(transparent.plan.passes.size(), direct.plan.passes.size());
+        EXPECT_EQ(totals(transparent.plan).draws, totals(direct.plan).draws);
     }
 }
 

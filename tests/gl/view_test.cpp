@@ -221,7 +221,7 @@ TEST_F(Views, DistanceFromTheOriginChangesNothing) {
     EXPECT_LE(off, 4u) << "worst " << worst;  // a silhouette's pixel may fall to the other side
 }
 
-TEST_F(Views, MultisamplingSmoothsEdgesOnly) {
+TEST_F(Views, SeveralSamplesSmoothEdgesOnly) {
     Scene scene;
     glm::dmat4 turned = moved(0, 0, 0);
     turned[0] = {std::cos(0.3), std::sin(0.3), 0, 0};

@@ -221,13 +221,6 @@ TEST(Plan, DataChannelsDrawNoEnvironment) {
     EXPECT_EQ(totals(plan).triangles, 12u);
 }
 
-TEST(Plan, SamplesAreLimitedByTheDevice) {
-    FrameRequest request = lookingFrom({0, 0, 5});
-    request.accuracy.samples = 8;
-    const FramePlan plan = planOf(boxScene(), request);
-    EXPECT_EQ(plan.targets[surfacePassOf(plan).target].samples, 4u);
-}
-
 TEST(Plan, EveryPassAndEverySkipHasAReason) {
     const FramePlan plan = planOf(boxScene(), lookingFrom({0, 0, 5}));
     for (const Pass& pass : plan.passes) EXPECT_FALSE(pass.reason.empty()) << pass.name;

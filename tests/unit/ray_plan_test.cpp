@@ -229,17 +229,4 @@ TEST(RayPlan, ProgramsThatTraceRaysLeaveOutMapsOfLayersAndSaySo) {
     }
 }
 
-TEST(RayPlan, SamplesHaveRecordsWithinALimitOfMemory) {
-    FrameRequest request = traced(lookingFrom({0, 0, 4}));
-    request.accuracy.samples = 4;
-    const FramePlan plan = planOnProcessor(ballScene(), request);
-    ASSERT_GT(count(plan, "rays"), 0u);
-    EXPECT_EQ(plan.targets[worksOf<FollowRays>(plan).at(0).records.at(0)].samples, 4u);
-    request.width = 3840;
-    request.height = 2160;
-    const FramePlan large = planOnProcessor(ballScene(), request);
-    EXPECT_EQ(count(large, "rays"), 0u);
-    EXPECT_TRUE(followsRays(passesOf(large, "surface").at(0))) << "in the programs of the surfaces";
-}
-
 }  // namespace

@@ -53,8 +53,12 @@ TEST(Work, IsPixelsTimesSamplesOverAllPasses) {
     EXPECT_EQ(shadedSamples(plan), 3 * kPixels + 8 * texels);
 
     request.accuracy.samples = 4;
-    EXPECT_EQ(samplesOf(planOf(boxScene(), request), "surface"), 4 * kPixels);
-    EXPECT_EQ(shadedSamples(planOf(boxScene(), request, allOf(plan))), (4 + 1 + 1) * kPixels)
+    request.accuracy.sampleShare = 0.5;
+    EXPECT_EQ(samplesOf(planOf(boxScene(), request), "surface"), kPixels);
+    EXPECT_EQ(samplesOf(planOf(boxScene(), request), "supersampling"), 3 * kPixels / 2)
+        << "of half of the pixels, at most";
+    EXPECT_EQ(shadedSamples(planOf(boxScene(), request, allOf(plan))),
+              (1 + 1 + 1) * kPixels + 3 * kPixels / 2)
         << "resident maps cost nothing";
 }
 
@@ -95,8 +99,13 @@ TEST(Work, BudgetsAreExactToTheSample) {
 TEST(Work, RejectionsNameTheResponsibleKnobs) {
     FrameRequest request = plainRequest();
     EXPECT_EQ(refusedKnobs(planOf(boxScene(), request), 100),
-              (std::set<std::string>{"/width", "/height", "/accuracy/samples",
-                                     "/accuracy/environmentSize", "/accuracy/environmentSamples"}));
+              (std::set<std::string>{"/width", "/height", "/accuracy/environmentSize",
+                                     "/accuracy/environmentSamples"}));
+    request.accuracy.samples = 4;
+    const auto ofSamples = refusedKnobs(planOf(boxScene(), request), 100);
+    for (const char* pointer : {"/accuracy/samples", "/accuracy/sampleShare"}) {
+        EXPECT_TRUE(ofSamples.contains(pointer)) << pointer;
+    }
     request = forced(request);
     request.filters = {GlowFilter{}};
     const auto knobs = refusedKnobs(planOf(ballScene(), request), 100);

@@ -44,7 +44,6 @@ SeenView planBackground(ViewContext& context, ViewTask root,
     context.builder.truncateExplanations(explained);
 
     spec.name = "radiance with alpha";
-    spec.samples = 1;
     spec.depth = false;
     radiance = context.builder.addTarget(spec);
     BackgroundAlpha alpha;

@@ -11,7 +11,7 @@ TargetId addTarget(FramePlan& plan, TargetSpec spec) {
 }  // namespace
 
 void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance,
-                 std::uint32_t samples, float exposureFactor, Storage storage) {
+                 float exposureFactor, Storage storage) {
     // Colour of a transparent picture is divided by its alpha at the end, which needs its digits.
     const TargetSpec display{.format = plan.transparent ? Format::rgba16f : Format::srgba8,
                              .storage = plan.transparent ? Storage::driver : storage,
@@ -34,13 +34,14 @@ void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance
         TargetSpec filtered = display;
         filtered.name = "filtered";
         const TargetId before = plan.output;
+        const bool ofSamples = request.accuracy.samples > 1;
         plan.output = addTarget(plan, filtered);
         plan.passes.push_back(
             {.name = "edgeFilter",
              .target = plan.output,
-             .reason = samples > 1 ? "smooths what samples leave of edges" : "smooths edges",
+             .reason = ofSamples ? "smooths what samples leave of edges" : "smooths edges",
              .work = EdgeFilter{
-                 {before}, plan.transparent, request.toneMap != ToneMap::linear, samples > 1}});
+                 {before}, plan.transparent, request.toneMap != ToneMap::linear, ofSamples}});
     } else {
         plan.skipped.push_back({"edgeFilter", Effect::base, "not requested at this accuracy"});
     }

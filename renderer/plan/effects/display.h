@@ -6,9 +6,9 @@
 
 namespace clerestory {
 
-// Adds the passes and sets plan.output. `radiance` holds the finished picture, of `samples` for
-// each pixel, which is multiplied by exposureFactor; the display pictures are in `storage`.
+// Adds the passes and sets plan.output. `radiance` holds the finished picture, which is multiplied
+// by exposureFactor; the display pictures are in `storage`.
 void planDisplay(FramePlan& plan, const FrameRequest& request, TargetId radiance,
-                 std::uint32_t samples, float exposureFactor, Storage storage);
+                 float exposureFactor, Storage storage);
 
 }  // namespace clerestory

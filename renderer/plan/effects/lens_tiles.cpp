@@ -71,8 +71,7 @@ std::vector<ViewTask> tileTasks(FramePlan& plan, const std::vector<LensTile>& ti
         task.target = PlanBuilder(plan).addTarget(std::move(spec));
         tasks.push_back(std::move(task));
     }
-    // The passes of the tiles have the samples and the depth.
-    plan.targets[frame.target].samples = 1;
+    // The passes of the tiles have the depth.
     plan.targets[frame.target].depth = false;
     return tasks;
 }

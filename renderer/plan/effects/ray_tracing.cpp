@@ -54,16 +54,6 @@ void record(std::vector<Draw>& draws, RecordedDraws& recorded) {
     draws.erase(first, draws.end());
 }
 
-// Memory that the records of a view may take; views of more samples follow rays in their programs.
-constexpr std::uint64_t kMaxRecordBytes = 512ull << 20;
-
-bool canRecord(const TargetSpec& target, const DeviceLimits& limits) {
-    const std::uint64_t bytes =
-        std::uint64_t{4} * 16 * target.width * target.height * target.samples;
-    return target.samples <= 1 ||
-           (target.samples <= limits.maxRecordSamples && bytes <= kMaxRecordBytes);
-}
-
 std::string reasonOf(std::uint32_t raySamples) {
     std::string reason = "rays of mirrors and glass, followed on the processor";
     if (raySamples > 1) {
@@ -135,10 +125,6 @@ private:
                         .rect = work.recorded.rect,
                         .radiance = scratchFor(pass.target, "radiance of rays", Format::rgba32f),
                         .everyPixel = glass && work.background.radiance.has_value()};
-        if (context_.builder.target(pass.target).samples > 1) {
-            rays.sample = {scratchFor(pass.target, "start of a sample", Format::rgba32ui),
-                           scratchFor(pass.target, "way of a sample", Format::rgba32ui)};
-        }
         Pass follow{.name = nameOf(task_.subject) + ":rays",
                     .subject = task_.subject,
                     .effect = glass ? Effect::refraction : Effect::environmentReflection,
@@ -153,13 +139,12 @@ private:
 
     // As large as `target`. All views share it: what a pass writes there, the next one reads.
     // number: of those with this name.
-    TargetId scratchFor(TargetId target, const char* name, Format format, std::uint32_t samples = 1,
+    TargetId scratchFor(TargetId target, const char* name, Format format,
                         std::uint32_t number = 0) {
         const TargetSpec drawn = context_.builder.target(target);
         PlanHash key;
         key.add(name);
         key.add(number);
-        key.add(samples);
         if (const auto shared = context_.builder.shared(key.value())) {
             context_.builder.enlarge(*shared, drawn.width, drawn.height);
             return *shared;
@@ -168,7 +153,6 @@ private:
                                                            .format = format,
                                                            .width = drawn.width,
                                                            .height = drawn.height,
-                                                           .samples = samples,
                                                            .scratch = true});
         context_.builder.share(key.value(), added);
         return added;
@@ -176,8 +160,7 @@ private:
     std::vector<TargetId> recordTargets(TargetId target, std::uint32_t count) {
         std::vector<TargetId> targets;
         for (std::uint32_t i = 0; i < count; ++i) {
-            targets.push_back(scratchFor(target, "records of rays", Format::rgba32ui,
-                                         context_.builder.target(target).samples, i));
+            targets.push_back(scratchFor(target, "records of rays", Format::rgba32ui, i));
         }
         return targets;
     }
@@ -223,8 +206,7 @@ void leaveOutExcessMaps(SeenView& seen) {
 }
 
 void addDrawnPass(ViewContext& context, const ViewTask& task, Pass pass) {
-    const bool records = context.frame.limits.rays == Rays::processor && followsRays(pass) &&
-                         canRecord(context.builder.target(pass.target), context.frame.limits);
+    const bool records = context.frame.limits.rays == Rays::processor && followsRays(pass);
     RecordingPasses passes(context, task);
     if (auto* scene = std::get_if<DrawScene>(&pass.work); records && scene) {
         passes.add(pass, *scene);

@@ -20,13 +20,11 @@ enum class Rays { none, shader, processor };
 
 // Capabilities of the device on which plans are executed; see gl/context.h.
 struct DeviceLimits {
-    std::uint32_t maxSamples = 4;
     std::uint32_t maxAnisotropy = 16;
     bool software = true;
     Rays rays = Rays::shader;
-    std::uint32_t maxRecordSamples = 4;  // of records of rays
-    Storage display = Storage::driver;   // where tone mapping and the edge filter work
-    bool fewPrograms = false;            // see RendererOptions::fewPrograms
+    Storage display = Storage::driver;  // where tone mapping and the edge filter work
+    bool fewPrograms = false;           // see RendererOptions::fewPrograms
     bool operator==(const DeviceLimits&) const = default;
 };
 

@@ -18,6 +18,7 @@
 #include "plan/graph/picture_passes.h"
 #include "plan/graph/scene_passes.h"
 #include "plan/graph/subject.h"
+#include "plan/graph/supersampling.h"
 
 #include <variant>
 
@@ -26,8 +27,8 @@ namespace clerestory {
 using PassWork =
     std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene, DrawGlass,
                  DrawBlended, FollowRays, DrawShadow, DrawShadowTint, DrawBackFaces, DrawChannel,
-                 CopyBackdrop, AssembleLens, Twirl, Convolve, GlowBright, GlowDown, GlowUp, Glow,
-                 BackgroundAlpha, ToneMapping, EdgeFilter, StraightAlpha, MeasureFlow,
+                 CopyBackdrop, Supersampling, AssembleLens, Twirl, Convolve, GlowBright, GlowDown,
+                 GlowUp, Glow, BackgroundAlpha, ToneMapping, EdgeFilter, StraightAlpha, MeasureFlow,
                  MeasureInstances, FollowLayer, CountLayer>;
 
 struct Pass {

@@ -5,8 +5,8 @@ namespace {
 
 // Hashes everything except the name and the identity of the content.
 void addTarget(PlanHash& hash, const TargetSpec& target) {
-    const auto& [name, kind, format, storage, width, height, levels, samples, depth, scratch,
-                 residentKey, inputsHash] = target;
+    const auto& [name, kind, format, storage, width, height, levels, depth, scratch, residentKey,
+                 inputsHash] = target;
     hash.add(kind);
     hash.add(format);
     hash.add(storage);
@@ -14,7 +14,6 @@ void addTarget(PlanHash& hash, const TargetSpec& target) {
     hash.add(scratch ? 0 : width);
     hash.add(scratch ? 0 : height);
     hash.add(levels);
-    hash.add(samples);
     hash.add(depth);
 }
 

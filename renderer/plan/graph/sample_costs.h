@@ -14,6 +14,6 @@ struct SampleFactors {
 };
 
 // The fields of a request that determine the size of a frame; see Pass::knobs().
-inline constexpr std::string_view kKnobsOfTheFrame = "/width, /height, /accuracy/samples";
+inline constexpr std::string_view kKnobsOfTheFrame = "/width, /height";
 
 }  // namespace clerestory

@@ -118,7 +118,7 @@ void addDrawnView(PlanHash& hash, const View& view,
 // ---- cost ------------------------------------------------------------------------------------
 
 std::uint64_t samplesOf(const TargetSpec& target) {
-    return texelsOf(target, Faces::one, Levels::first) * std::max(1u, target.samples);
+    return texelsOf(target, Faces::one, Levels::first);
 }
 
 // If a draw traces rays or averages directions, every pixel counts as if it did.
@@ -170,7 +170,7 @@ std::string_view DrawScene::knobs() const {
         case Purpose::surface:
             break;
         case Purpose::mirror:
-            return "/accuracy/planarScale, /accuracy/generations, /accuracy/samples";
+            return "/accuracy/planarScale, /accuracy/generations";
         case Purpose::capture:
             return "/accuracy/probeSize, /accuracy/probeSamples, /accuracy/generations";
     }
@@ -252,9 +252,9 @@ std::uint64_t FollowRays::shadedSamples(const TargetSpec& target,
     return samplesOf(target) * factors.rayBounces * factors.lobePaths;
 }
 void addTo(PlanHash& hash, const FollowRays& work, const Stage& stage) {
-    // records: in reads(); radiance and sample: written before they are read
-    const auto& [face, view, map, environment, background, records, rect, radiance, everyPixel,
-                 sample] = work;
+    // records: in reads(); radiance: written before it is read
+    const auto& [face, view, map, environment, background, records, rect, radiance, everyPixel] =
+        work;
     hash.add(everyPixel);
     addBackground(hash, background);
     hash.add(rect.x);

@@ -114,8 +114,6 @@ struct FollowRays {
     // on the light behind glass, pictures before different backgrounds would differ by more than
     // these.
     bool everyPixel = false;
-    // Receive the start and the way of one sample; empty if the records have one sample.
-    std::vector<TargetId> sample;
 
     std::string_view kind() const { return "rays"; }
     std::vector<TargetId> reads() const;

@@ -26,7 +26,6 @@ struct TargetSpec {
     std::uint32_t width = 0;  // texels; of a cube, of one face
     std::uint32_t height = 0;
     std::uint32_t levels = 1;
-    std::uint32_t samples = 1;
     bool depth = false;
     // A pass uses the part of it that it writes itself, so that any target is right that holds it.
     bool scratch = false;

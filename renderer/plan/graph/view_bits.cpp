@@ -20,12 +20,10 @@ std::uint32_t kindOfShadows(const FramePlan& plan) {
 
 }  // namespace
 
-std::uint32_t viewBits(const FramePlan& plan, const View& view, const TargetSpec& target,
-                       bool coverage, bool surfaceLight) {
+std::uint32_t viewBits(const FramePlan& plan, const View& view, bool coverage, bool surfaceLight) {
     const std::vector<PlacedLight>& lights = plan.lights;
     std::uint32_t bits = 0;
     if (view.orthographic) bits |= VIEW_ORTHOGRAPHIC;
-    if (target.samples > 1) bits |= VIEW_SAMPLES;
     if (coverage) bits |= VIEW_COVERAGE;
     if (plan.fewPrograms) bits |= VIEW_SHARED_PROGRAMS;
     if (surfaceLight) bits |= VIEW_SURFACE_LIGHT;

@@ -7,9 +7,7 @@
 
 namespace clerestory {
 
-// target: of the draws. coverage: the background is transparent. surfaceLight: vertices have light
-// of their surroundings.
-std::uint32_t viewBits(const FramePlan& plan, const View& view, const TargetSpec& target,
-                       bool coverage, bool surfaceLight);
+// coverage: the background is transparent. surfaceLight: vertices have light of their surroundings.
+std::uint32_t viewBits(const FramePlan& plan, const View& view, bool coverage, bool surfaceLight);
 
 }  // namespace clerestory

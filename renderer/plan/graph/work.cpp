@@ -1,6 +1,7 @@
 #include "plan/graph/work.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 namespace clerestory {
@@ -49,8 +50,16 @@ std::uint64_t shadedSamples(const FramePlan& plan, const Pass& pass) {
     if (pass.target >= plan.targets.size()) return 0;
     const TargetSpec& target = plan.targets[pass.target];
     const SampleFactors factors = factorsOf(plan);
-    return std::visit([&](const auto& work) { return work.shadedSamples(target, factors); },
-                      pass.work);
+    const std::uint64_t own = std::visit(
+        [&](const auto& work) { return work.shadedSamples(target, factors); }, pass.work);
+    const auto* supersampling = std::get_if<Supersampling>(&pass.work);
+    if (!supersampling) return own;
+    std::uint64_t once = 0;
+    for (const auto& [repeated, part] : supersampling->passes) {
+        once += shadedSamples(plan, plan.passes[repeated]);
+    }
+    return own + static_cast<std::uint64_t>(std::ceil(
+                     supersampling->share * double(supersampling->samples - 1) * double(once)));
 }
 
 std::uint64_t shadedSamples(const FramePlan& plan) {

@@ -9,8 +9,8 @@
 namespace clerestory {
 
 // Samples that a pass shades: texels of its target times samples per texel, or times the directions
-// per texel of a map. If a draw traces rays or averages directions, every pixel counts as if it
-// did.
+// per texel of a map; of Supersampling, of the greatest share of pixels that may have further
+// samples. If a draw traces rays or averages directions, every pixel counts as if it did.
 std::uint64_t shadedSamples(const FramePlan& plan, const Pass& pass);
 std::uint64_t shadedSamples(const FramePlan& plan);
 

@@ -24,7 +24,7 @@ Accuracy accuracyOf(Preset preset) {
         case Preset::standard:
             break;
         case Preset::fine:
-            a.samples = 4;
+            a.samples = 6;
             a.planarSamples = 8;
             a.curvedSamples = 6;
             a.backFaces = true;

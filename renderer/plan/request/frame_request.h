@@ -51,7 +51,8 @@ struct Effects {
 
 struct Accuracy {
     Preset preset = Preset::standard;
-    std::uint32_t samples = 1;              // coverage samples per pixel
+    std::uint32_t samples = 1;              // of a pixel where the picture has contrast
+    double sampleShare = 0.25;              // greatest share of the pixels with several samples
     bool edgeFilter = true;                 // smooth edges after tone mapping
     std::uint32_t anisotropy = 1;           // texture footprint ratio
     std::uint32_t environmentSize = 128;    // edge of a face of the prefiltered environment map
@@ -155,8 +156,10 @@ template <class V>
 void fields(Accuracy& a, V&& visit) {
     visit("preset", a.preset, presetChoice(),
           "sets every field below; fields that are also present override it");
-    visit("samples", a.samples, Range{1, 8},
-          "coverage samples per pixel; reduced to what the renderer supports");
+    visit("samples", a.samples, Range{1, 64},
+          "samples of each pixel in which the picture has contrast; other pixels have one");
+    visit("sampleShare", a.sampleShare, Range{0.01, 1},
+          "greatest share of the pixels that have several samples: those with the most contrast");
     visit("edgeFilter", a.edgeFilter, Flag{}, "smooths edges after tone mapping");
     visit("anisotropy", a.anisotropy, Range{1, 16},
           "maximum anisotropy of texture filtering; reduced to what the renderer supports");

@@ -47,6 +47,7 @@ ViewSettings viewSettings(const FrameRequest& request, const Scene& scene,
 
     const Accuracy defaults;
     settings.accuracy.samples = defaults.samples;
+    settings.accuracy.sampleShare = defaults.sampleShare;
     settings.accuracy.edgeFilter = defaults.edgeFilter;
     settings.accuracy.generations = defaults.generations;
     settings.accuracy.maxMilliseconds = defaults.maxMilliseconds;
