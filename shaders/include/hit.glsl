@@ -22,16 +22,12 @@ vec3 changeAlong(IN(NormalChange) n, vec3 d) {
     return (n.toB * dot(cross(d, n.edgeC), face) + n.toC * dot(cross(n.edgeB, d), face)) * perSquare;
 }
 
-// The greatest of them: the larger singular value of the change as a linear function.
-float greatestChange(IN(NormalChange) n) {
+// Root of the mean square over all directions.
+float meanChange(IN(NormalChange) n) {
     vec3 face = cross(n.edgeB, n.edgeC);
-    vec3 twist = cross(n.toB, n.toC);
-    float perSquare = 1.0f / max(dot(face, face), 1e-12f);
-    float sum = (dot(n.toB, n.toB) * dot(n.edgeC, n.edgeC) + dot(n.toC, n.toC) * dot(n.edgeB, n.edgeB) -
-                 2.0f * dot(n.toB, n.toC) * dot(n.edgeB, n.edgeC)) * perSquare;
-    float product = dot(twist, twist) * perSquare;
-    float mean = 0.5f * max(sum, 0.0f);
-    return sqrt(mean + sqrt(max(mean * mean - product, 0.0f))) * n.perMetre;
+    float sum = dot(n.toB, n.toB) * dot(n.edgeC, n.edgeC) + dot(n.toC, n.toC) * dot(n.edgeB, n.edgeB) -
+                2.0f * dot(n.toB, n.toC) * dot(n.edgeB, n.edgeC);
+    return sqrt(0.5f * max(sum, 0.0f) / max(dot(face, face), 1e-12f)) * n.perMetre;
 }
 
 // All vectors have the axes of eye space; `place` alone is relative to the hierarchy's origin and
@@ -41,7 +37,7 @@ struct HitPoint {
     vec3 place;
     float reach;      // greatest coordinate of the triangle's corners
     NormalChange change;
-    float curvature;  // the greatest change of the normal per metre, without bumps
+    float curvature;  // change of the normal per metre, without bumps
     // Of bumps over the width of the cone, along either texture coordinate.
     Turn turn, clearcoatTurn;
     vec3 faceNormal;  // unit, of the triangle, against the ray
@@ -414,7 +410,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     float perMetre = 1.0f / max(max(length(edgeB), length(edgeC)), 1e-30f);
     p.change = NormalChange(edgeB * perMetre, edgeC * perMetre, normalB - normalA, normalC - normalA,
                             perMetre);
-    p.curvature = greatestChange(p.change);
+    p.curvature = meanChange(p.change);
     vec3 meshNormal = n;
     vec3 t = vec3(0.0f);
     float bitangentSign = 1.0f;

@@ -77,8 +77,8 @@ void addStripes(Scene& scene, double z, const glm::dmat4& turn = glm::dmat4(1.0)
 
 }  // namespace
 
-// The square covers so much of each pixel. Four samples find it to a quarter; pixels in which they
-// are alike have no more, the others find it to a twelfth.
+// The fraction of each pixel that the square covers is known. Four samples find it to a quarter;
+// pixels in which they are alike have no more, the others find it to a twelfth.
 TEST_F(Supersampled, EdgesShowTheCoveredArea) {
     FrameRequest r = turnedSquare();
     r.accuracy.sampleShare = 1.0;
@@ -158,7 +158,8 @@ TEST_F(Supersampled, MirrorsAndGlassAreSampledLikeSurfaces) {
     };
     const Case cases[] = {
         {"directly", [](Scene& scene) { addStripes(scene, 0.0); }, [](FrameRequest&) {}},
-        {"directly, from afar", [](Scene& scene) { addStripes(scene, -3.0); }, [](FrameRequest&) {}},
+        {"directly, from afar", [](Scene& scene) { addStripes(scene, -3.0); },
+         [](FrameRequest&) {}},
         {"mirrored view", mirror,
          [&](FrameRequest& r) { ask(r, PlanarMethod::mirror, GlassMethod::automatic); }},
         {"mirror by rays", mirror,

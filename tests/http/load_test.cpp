@@ -325,7 +325,7 @@ TEST(Load, AFirstFrameIsNoBoundForOthers) {
 }
 
 TEST(Work, TheSampleLimitIsExact) {
-    const std::string body = smallFrame(R"("accuracy": {"environmentSize": 48})");
+    const std::string body = smallFrame(R"("accuracy": {"environmentSize": 48, "samples": 2})");
     auto planClient = sharedServer().client();
     const json plan = json::parse(postJson(planClient, "/v1/plans", body)->body);
     const auto samples = plan.at("totals").at("samples").get<std::uint64_t>();

@@ -141,7 +141,8 @@ const std::vector<WrongBody> kWrongBodies = {
     {R"({"camera": {"intrinsics": {"fx": 0}}})", 422, {"/camera/intrinsics/fx"}},
     {R"({"output": {"quality": 0}})", 422, {"/output/quality"}},
     {R"({"output": {"quality": 101}})", 422, {"/output/quality"}},
-    {R"({"accuracy": {"samples": 9}})", 422, {"/accuracy/samples"}},
+    {R"({"accuracy": {"samples": 65}})", 422, {"/accuracy/samples"}},
+    {R"({"accuracy": {"sampleShare": 0}})", 422, {"/accuracy/sampleShare"}},
     {R"({"environment": {"intensity": -1}})", 422, {"/environment/intensity"}},
     // Words that do not exist.
     {R"({"toneMap": "filmic"})", 422, {"/toneMap"}},

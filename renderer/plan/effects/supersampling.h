@@ -6,7 +6,7 @@
 
 namespace clerestory {
 
-// Adds the pass, if the request asks for several samples. `target` holds the finished picture of a
+// Adds the pass, if the request has several samples. `target` holds the finished picture of a
 // requested view, and the passes of the view are those from `firstPass` on.
 void planSupersampling(PlanBuilder& builder, std::size_t firstPass, TargetId target,
                        const FrameRequest& request, float exposureFactor);

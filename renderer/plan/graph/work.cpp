@@ -44,19 +44,24 @@ SampleFactors factorsOf(const FramePlan& plan) {
     return factors;
 }
 
+std::uint64_t samplesOf(const FramePlan& plan, const Pass& pass, const SampleFactors& factors) {
+    if (pass.target >= plan.targets.size()) return 0;
+    const TargetSpec& target = plan.targets[pass.target];
+    return std::visit([&](const auto& work) { return work.shadedSamples(target, factors); },
+                      pass.work);
+}
+
 }  // namespace
 
 std::uint64_t shadedSamples(const FramePlan& plan, const Pass& pass) {
-    if (pass.target >= plan.targets.size()) return 0;
-    const TargetSpec& target = plan.targets[pass.target];
-    const SampleFactors factors = factorsOf(plan);
-    const std::uint64_t own = std::visit(
-        [&](const auto& work) { return work.shadedSamples(target, factors); }, pass.work);
+    SampleFactors factors = factorsOf(plan);
+    const std::uint64_t own = samplesOf(plan, pass, factors);
     const auto* supersampling = std::get_if<Supersampling>(&pass.work);
     if (!supersampling) return own;
+    factors.lobePaths = 1;  // as FollowRays is executed for further samples
     std::uint64_t once = 0;
     for (const auto& [repeated, part] : supersampling->passes) {
-        once += shadedSamples(plan, plan.passes[repeated]);
+        once += samplesOf(plan, plan.passes[repeated], factors);
     }
     return own + static_cast<std::uint64_t>(std::ceil(
                      supersampling->share * double(supersampling->samples - 1) * double(once)));
