@@ -22,24 +22,34 @@ struct Rows {
     }
 };
 
+// The least and the greatest code of three pixels one over the other, in each channel.
+struct Column {
+    std::array<std::uint8_t, 4> low, high;
+};
+
 // The contrast of each pixel of a row.
-void contrastOfRow(const Rows& rows, std::int64_t y, std::vector<std::uint8_t>& low,
-                   std::vector<std::uint8_t>& high, std::uint8_t* contrast) {
-    const std::int64_t width = rows.width;
+void contrastOfRow(const Rows& rows, std::int64_t y, std::uint8_t* contrast) {
     const std::uint8_t *above = rows.at(y - 1), *here = rows.at(y), *below = rows.at(y + 1);
-    for (std::int64_t i = 0; i < 4 * width; ++i) {
-        low[i] = std::min({above[i], here[i], below[i]});
-        high[i] = std::max({above[i], here[i], below[i]});
-    }
-    for (std::int64_t x = 0; x < width; ++x) {
-        const std::int64_t left = 4 * std::max<std::int64_t>(0, x - 1), middle = 4 * x,
-                           right = 4 * std::min(width - 1, x + 1);
+    const auto columnAt = [&](std::int64_t x) {
+        Column column;
+        for (std::size_t c = 0; c < 4; ++c) {
+            const std::size_t i = 4 * static_cast<std::size_t>(x) + c;
+            column.low[c] = std::min({above[i], here[i], below[i]});
+            column.high[c] = std::max({above[i], here[i], below[i]});
+        }
+        return column;
+    };
+    Column left = columnAt(0), middle = left;
+    for (std::int64_t x = 0; x < rows.width; ++x) {
+        const Column right = columnAt(std::min(x + 1, rows.width - 1));
         int most = 0;
-        for (std::int64_t c = 0; c < 4; ++c) {
-            most = std::max(most, std::max({high[left + c], high[middle + c], high[right + c]}) -
-                                      std::min({low[left + c], low[middle + c], low[right + c]}));
+        for (std::size_t c = 0; c < 4; ++c) {
+            most = std::max(most, std::max({left.high[c], middle.high[c], right.high[c]}) -
+                                      std::min({left.low[c], middle.low[c], right.low[c]}));
         }
         contrast[x] = static_cast<std::uint8_t>(most);
+        left = middle;
+        middle = right;
     }
 }
 
@@ -73,9 +83,8 @@ std::vector<std::uint32_t> contrastingPixels(const Image& picture, const Contras
     const Rows rows{picture.bytes(), picture.width, picture.height};
     std::vector<std::uint8_t> contrast(std::size_t{picture.width} * picture.height);
     forEachBand(picture.height, 16, [&](std::uint32_t first, std::uint32_t end) {
-        std::vector<std::uint8_t> low(std::size_t{4} * picture.width), high(low.size());
         for (std::uint32_t y = first; y < end; ++y) {
-            contrastOfRow(rows, y, low, high, contrast.data() + std::size_t{y} * picture.width);
+            contrastOfRow(rows, y, contrast.data() + std::size_t{y} * picture.width);
         }
     });
     spread(contrast, picture.width, picture.height);

@@ -188,8 +188,6 @@ void Context::findCapabilities(const std::string& platform) {
                                           static_cast<int>(GL_LOSE_CONTEXT_ON_RESET);
     if (!c.tellsOfResets) resetStatus_ = nullptr;
     glGetError();  // the number above is not known to every driver
-    // Colour and depth must both support it in floating point; GL_MAX_SAMPLES applies to every
-    // renderable format.
     c.maxTextureSize = static_cast<std::uint32_t>(integer(GL_MAX_TEXTURE_SIZE));
     c.uniformAlignment =
         static_cast<std::uint32_t>(std::max(16, integer(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT)));

@@ -9,6 +9,14 @@
 #include <cmath>
 
 namespace clerestory {
+namespace {
+
+std::uint8_t alphaCode(std::uint64_t halves) {
+    const float alpha = glm::unpackHalf1x16(static_cast<std::uint16_t>(halves >> 48));
+    return static_cast<std::uint8_t>(std::clamp(alpha, 0.0f, 1.0f) * 255.0f + 0.5f);
+}
+
+}  // namespace
 
 void Supersampler::read(const Target& picture) {
     const std::size_t pixels = std::size_t{width_} * height_;
@@ -25,8 +33,10 @@ void Supersampler::begin(const Supersampling& work, const Target& picture) {
     width_ = picture.spec().width;
     height_ = picture.spec().height;
     isHalf_ = picture.spec().format == Format::rgba16f;
+    firstSamples_ = work.firstSamples;
     curve_ = work.curve;
     exposureFactor_ = work.exposureFactor;
+    transparent_ = work.transparent;
     samples_ = 0;
     read(picture);
     firstHalves_ = halves_;
@@ -44,9 +54,7 @@ void Supersampler::begin(const Supersampling& work, const Target& picture) {
         for (std::size_t y = 0; y < height_; ++y) {  // the first row of `displayed_` is the top
             std::uint8_t* alpha = displayed_.image.bytes() + 4 * width_ * (height_ - 1 - y) + 3;
             for (std::size_t x = 0; x < width_; ++x, alpha += 4) {
-                const auto half = static_cast<std::uint16_t>(halves_[width_ * y + x] >> 48);
-                *alpha = static_cast<std::uint8_t>(
-                    std::clamp(glm::unpackHalf1x16(half), 0.0f, 1.0f) * 255.0f + 0.5f);
+                *alpha = alphaCode(halves_[width_ * y + x]);
             }
         }
     }
@@ -94,7 +102,7 @@ void Supersampler::add(const Target& picture) {
         sums_[i] += sample;
     }
     ++samples_;
-    addToRanges();
+    if (samples_ <= firstSamples_) addToRanges();
 }
 
 void Supersampler::addToRanges() {
@@ -102,9 +110,9 @@ void Supersampler::addToRanges() {
                      exposureFactor_, false, displayed_);
     const std::uint8_t* codes = displayed_.image.bytes();
     for (std::size_t i = 0; i < pixels_.size(); ++i, codes += 4) {
-        const float alpha = glm::unpackHalf1x16(static_cast<std::uint16_t>(sampleHalves_[i] >> 48));
+        // Alpha of an opaque picture is a distance.
         const glm::u8vec4 code(codes[0], codes[1], codes[2],
-                               std::clamp(alpha, 0.0f, 1.0f) * 255.0f + 0.5f);
+                               transparent_ ? alphaCode(sampleHalves_[i]) : 255);
         ranges_[i].low = glm::min(ranges_[i].low, code);
         ranges_[i].high = glm::max(ranges_[i].high, code);
     }

@@ -44,8 +44,11 @@ private:
 
     std::uint32_t width_ = 0, height_ = 0;
     bool isHalf_ = true;
+    // Of the work.
+    std::uint32_t firstSamples_ = 0;
     ToneMap curve_ = ToneMap::neutral;
     float exposureFactor_ = 1.0f;
+    bool transparent_ = false;
     // The picture as last read, in one of two formats, and as begin() has read it.
     std::vector<std::uint64_t> halves_, firstHalves_;
     std::vector<float> floats_, firstFloats_;

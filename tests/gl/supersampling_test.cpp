@@ -2,6 +2,8 @@
 // stays as it is.
 #include "support.h"
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,14 +16,12 @@ namespace {
 class Supersampled : public GlTest {};
 
 constexpr std::uint32_t kEdge = 64;
+const glm::dmat4 kTurned = glm::rotate(glm::dmat4(1.0), 0.3, glm::dvec3(0, 0, 1));
 
 // A white square before blackness, turned by 0.3 radians.
 FrameRequest turnedSquare() {
     Scene scene;
-    glm::dmat4 turned(1.0);
-    turned[0] = {std::cos(0.3), std::sin(0.3), 0, 0};
-    turned[1] = {-std::sin(0.3), std::cos(0.3), 0, 0};
-    place(scene, quad(1.0f, addMaterial(scene, unlit({1, 1, 1, 1}))), turned);
+    place(scene, quad(1.0f, addMaterial(scene, unlit({1, 1, 1, 1}))), kTurned);
     return request(std::move(scene), "turned square");
 }
 
@@ -186,10 +186,7 @@ TEST_F(Supersampled, MirrorsAndGlassAreSampledLikeSurfaces) {
 // Before a transparent background the edge of a black thing is an edge, too.
 TEST_F(Supersampled, AlphaHasContrast) {
     Scene scene;
-    glm::dmat4 turned(1.0);
-    turned[0] = {std::cos(0.3), std::sin(0.3), 0, 0};
-    turned[1] = {-std::sin(0.3), std::cos(0.3), 0, 0};
-    place(scene, quad(1.0f, addMaterial(scene, unlit({0, 0, 0, 1}))), turned);
+    place(scene, quad(1.0f, addMaterial(scene, unlit({0, 0, 0, 1}))), kTurned);
     FrameRequest r = request(std::move(scene), "black square");
     r.background = Background::transparent;
     r.accuracy.sampleShare = 1.0;
