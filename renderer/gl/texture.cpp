@@ -328,6 +328,14 @@ void Framebuffer::readFloats(std::span<float> rgba) const {
                  rgba.data());
 }
 
+void Framebuffer::readFloats(const Rect& part, std::span<float> rgba) const {
+    assert(rgba.size() == std::size_t{4} * part.width * part.height);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
+                 static_cast<int>(part.height), GL_RGBA, GL_FLOAT, rgba.data());
+}
+
 void Framebuffer::readReds(const Rect& part, std::span<float> reds) const {
     assert(reds.size() == std::size_t{part.width} * part.height);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
@@ -342,6 +350,14 @@ void Framebuffer::readDepths(std::span<float> depths) const {
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, static_cast<int>(width_), static_cast<int>(height_), GL_DEPTH_COMPONENT,
                  GL_FLOAT, depths.data());
+}
+
+void Framebuffer::readDepths(const Rect& part, std::span<float> depths) const {
+    assert(depths.size() == std::size_t{part.width} * part.height);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
+                 static_cast<int>(part.height), GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
 }
 
 void Framebuffer::readHalves(std::span<std::uint64_t> rgba) const {

@@ -130,8 +130,10 @@ public:
     void scaleInto(const Framebuffer& target) const;      // bilinear
     void readBytes(std::span<std::byte> rgba) const;      // 8 bits a channel, first row first
     void readFloats(std::span<float> rgba) const;
+    void readFloats(const Rect& part, std::span<float> rgba) const;
     void readReds(const Rect& part, std::span<float> reds) const;
     void readDepths(std::span<float> depths) const;
+    void readDepths(const Rect& part, std::span<float> depths) const;
     void readHalves(std::span<std::uint64_t> rgba) const;               // red in the lowest bits
     void readWords(const Rect& part, std::span<std::byte> rgba) const;  // of rgba32ui
     // Sets a part of the further textures to 0. The framebuffer is bound.

@@ -96,6 +96,7 @@ void execute(PassResources& resources, const PassInput& input, const DrawShadowT
 void execute(PassResources& resources, const PassInput& input, const DrawBackFaces& work);
 void execute(PassResources& resources, const PassInput& input, const DrawChannel& work);
 void execute(PassResources& resources, const PassInput& input, const CopyBackdrop& work);
+void execute(PassResources& resources, const PassInput& input, const EmitterCoverage& work);
 void execute(PassResources& resources, const PassInput& input, const Supersampling& work);
 void execute(PassResources& resources, const PassInput& input, const AssembleLens& work);
 void execute(PassResources& resources, const PassInput& input, const Twirl& work);

@@ -2,6 +2,7 @@
 #include "plan/effects/view_context.h"
 
 #include "plan/effects/curved_reflection.h"
+#include "plan/effects/emitter_coverage.h"
 #include "plan/effects/environment_map.h"
 #include "plan/effects/method_choice.h"
 #include "plan/effects/planar_reflection.h"
@@ -82,6 +83,7 @@ SeenView planView(ViewContext& context, const ViewTask& task) {
                   .target = task.target,
                   .reason = task.reason.empty() ? formatted(requested, seen.overdraw) : task.reason,
                   .work = drawn});
+    planEmitterCoverage(context, task, seen);
     addGlassLayers(context, task, seen, drawn, {firstGlass, lists.through.end()});
     return seen;
 }

@@ -64,6 +64,9 @@ private:
         }
     }
 
+    // It has no programs.
+    void add(const Pass&, const EmitterCoverage&) {}
+
     // A full-screen pass.
     template <class Work>
     void add(const Pass& pass, const Work&) {

@@ -32,6 +32,8 @@ void placeLamps(Scene& scene, const glm::dmat4& worldFromLamps) {
 
 void forceMirrors(FrameRequest& r) {
     r.accuracy.planar = PlanarMethod::mirror;
+    // Small emitters at the border of a mirror's picture have no neighbours there.
+    r.accuracy.emitterCoverage = false;
 }
 
 // Two ways to one picture: the mirror, and a hole through which a mirrored copy of the world is
@@ -59,6 +61,7 @@ TEST_F(Mirrors, ShowTheMirroredSceneThroughAHole) {
             const Image objects = renderer().render(ids).image;
             FrameRequest direct = request(std::move(copy), "copy");
             direct.camera = r.camera;
+            direct.accuracy = r.accuracy;
             direct.width = r.width;
             const Image expected = renderer().render(direct).image;
 

@@ -97,8 +97,8 @@ TEST_F(Probes, BrightDielectricsMirrorAsMetals) {
         double greatest = 0.0;
         for (std::uint32_t y = 0; y < metal.height; ++y) {
             for (std::uint32_t x = 0; x < metal.width; ++x) {
-                greatest = std::max(
-                    greatest, greatestDifference(color(metal, x, y), color(bright, x, y)));
+                greatest =
+                    std::max(greatest, greatestDifference(color(metal, x, y), color(bright, x, y)));
             }
         }
         EXPECT_LT(greatest, 0.01);

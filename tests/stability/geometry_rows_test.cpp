@@ -72,6 +72,8 @@ TEST_F(FrameRows, PlaneThroughTheEye) {
     FrameRequest seen = byPictures(floorScene(glm::dmat4(1.0), false, true), "through", {});
     FrameRequest mirrored = byPictures(floorScene(glm::dmat4(1.0), false, false), "floor", {});
     FrameRequest copy = byPictures(floorScene(glm::dmat4(1.0), true, false), "copy", {});
+    // At the border of a mirror's picture small emitters have no neighbours.
+    mirrored.accuracy.emitterCoverage = copy.accuracy.emitterCoverage = false;
     mirrored.environment.map = copy.environment.map = "black";
     std::vector<double> heights{0.0};
     for (double h = 1e-7; h < 2e3; h *= longForm() ? 3.1622776 : 100.0) {

@@ -31,6 +31,8 @@ public:
         places_[target] = {};
         for (std::size_t i = plan.passes.size();
              i-- > firstPass;) {  // readers before what they read
+            // A sample is a point; the first one is a mean already where emitters are small.
+            if (std::holds_alternative<EmitterCoverage>(plan.passes[i].work)) continue;
             const auto found = places_.find(plan.passes[i].target);
             if (found == places_.end()) continue;
             const Place place = found->second;

@@ -13,6 +13,7 @@
 #pragma once
 
 #include "plan/graph/effect.h"
+#include "plan/graph/emitter_coverage.h"
 #include "plan/graph/label_passes.h"
 #include "plan/graph/map_passes.h"
 #include "plan/graph/picture_passes.h"
@@ -27,9 +28,9 @@ namespace clerestory {
 using PassWork =
     std::variant<PrefilterMap, PrefilterCube, BlurCube, BuildLevels, DrawScene, DrawGlass,
                  DrawBlended, FollowRays, DrawShadow, DrawShadowTint, DrawBackFaces, DrawChannel,
-                 CopyBackdrop, Supersampling, AssembleLens, Twirl, Convolve, GlowBright, GlowDown,
-                 GlowUp, Glow, BackgroundAlpha, ToneMapping, EdgeFilter, StraightAlpha, MeasureFlow,
-                 MeasureInstances, FollowLayer, CountLayer>;
+                 CopyBackdrop, EmitterCoverage, Supersampling, AssembleLens, Twirl, Convolve,
+                 GlowBright, GlowDown, GlowUp, Glow, BackgroundAlpha, ToneMapping, EdgeFilter,
+                 StraightAlpha, MeasureFlow, MeasureInstances, FollowLayer, CountLayer>;
 
 struct Pass {
     std::string name;

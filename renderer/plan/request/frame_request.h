@@ -53,6 +53,7 @@ struct Accuracy {
     Preset preset = Preset::standard;
     std::uint32_t samples = 1;              // of a pixel where the picture has contrast
     double sampleShare = 0.25;              // greatest share of the pixels with several samples
+    bool emitterCoverage = true;            // small glowing surfaces by their share of a pixel
     bool edgeFilter = true;                 // smooth edges after tone mapping
     std::uint32_t anisotropy = 1;           // texture footprint ratio
     std::uint32_t environmentSize = 128;    // edge of a face of the prefiltered environment map
@@ -160,6 +161,10 @@ void fields(Accuracy& a, V&& visit) {
           "samples of each pixel in which the picture has contrast; other pixels have one");
     visit("sampleShare", a.sampleShare, Range{0.01, 1},
           "greatest share of the pixels that have several samples: those with the most contrast");
+    visit(
+        "emitterCoverage", a.emitterCoverage, Flag{},
+        "small surfaces that emit light count in each pixel with the share that they cover, which "
+        "is computed from their triangles");
     visit("edgeFilter", a.edgeFilter, Flag{}, "smooths edges after tone mapping");
     visit("anisotropy", a.anisotropy, Range{1, 16},
           "maximum anisotropy of texture filtering; reduced to what the renderer supports");

@@ -58,6 +58,7 @@ ViewSettings viewSettings(const FrameRequest& request, const Scene& scene,
 ViewSettings captureSettings(ViewSettings settings) {
     settings.effects.environmentReflection = true;  // without it nothing is captured
     settings.accuracy.curvedSamples = Accuracy{}.curvedSamples;
+    settings.accuracy.emitterCoverage = Accuracy{}.emitterCoverage;
     return settings;
 }
 
