@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <optional>
 #include <utility>
@@ -92,6 +93,7 @@ private:
 struct Coverage {
     float share = 0.0f;        // of the pixel
     glm::vec3 radiance{0.0f};  // mean
+    bool isCut = false;        // a surface hides a part of them
     bool isShown = false;      // the picture shows one of them
 };
 using Covered = std::map<std::pair<std::uint32_t, std::uint32_t>, Coverage>;  // by y and x
@@ -120,20 +122,26 @@ Coverage coverageOf(const EmitterCoverage& work, const Part& part,
     const std::uint32_t x = fragments.front().x, y = fragments.front().y;
     const float shown = depthOf(work.view, part.storedDepth(x, y));
     const float slope = slopeAt(part, work.view, x, y) + kRounding * shown;
-    // Of the emitter that the picture shows, other triangles may be behind what it shows.
-    std::optional<std::uint32_t> shownEmitter;
+    // Of the instance that the picture shows, other triangles may be behind what it shows.
+    std::optional<std::uint32_t> shownInstance;
+    const auto instanceOf = [&](const EmitterFragment& fragment) {
+        return work.emitters[fragment.emitter].instance;
+    };
     const auto isBefore = [&](const EmitterFragment& fragment) {
         return fragment.depth <= shown + slope + fragment.depthRange;
     };
     for (const EmitterFragment& fragment : fragments) {
         const bool isAt = fragment.depth >= shown - slope - fragment.depthRange;
-        if (fragment.hasCenter && isAt && isBefore(fragment)) shownEmitter = fragment.emitter;
+        if (fragment.hasCenter && isAt && isBefore(fragment)) shownInstance = instanceOf(fragment);
     }
-    Coverage coverage{.isShown = shownEmitter.has_value()};
+    Coverage coverage{.isShown = shownInstance.has_value()};
     std::uint64_t places = 0;
     int counted = 0;
     for (const EmitterFragment& fragment : fragments) {
-        if (!isBefore(fragment) && fragment.emitter != shownEmitter) continue;
+        if (!isBefore(fragment) && instanceOf(fragment) != shownInstance) {
+            coverage.isCut = true;
+            continue;
+        }
         places |= fragment.places;
         counted += std::popcount(fragment.places);
         coverage.share += fragment.share;
@@ -151,23 +159,26 @@ bool isAlike(const glm::vec4& color, const glm::vec3& radiance) {
     return glm::all(glm::greaterThanEqual(glm::vec3(color), kAlike * radiance));
 }
 
-// Whether a pixel nearby is full of it, or of an emitter without fragments. Its outline is then
-// like those of other surfaces.
-bool isLarge(const Part& part, const Covered& covered, std::uint32_t x, std::uint32_t y,
+// Whether the shares of the emitter in the pixel are what is seen of it: no pixel nearby is full of
+// it, or of an emitter without fragments, because its outline is then like those of other surfaces;
+// and nothing before it ends next to the pixel, because one depth does not tell where.
+bool isKnown(const Part& part, const Covered& covered, std::uint32_t x, std::uint32_t y,
              const glm::vec3& radiance) {
     constexpr std::int64_t kReach = kNear;
-    for (std::int64_t ny = y - kReach; ny <= y + kReach; ++ny) {
-        for (std::int64_t nx = x - kReach; nx <= x + kReach; ++nx) {
+    for (std::int64_t dy = -kReach; dy <= kReach; ++dy) {
+        for (std::int64_t dx = -kReach; dx <= kReach; ++dx) {
+            const std::int64_t nx = x + dx, ny = y + dy;
             if (!part.has(nx, ny)) continue;
             const auto found =
                 covered.find({static_cast<std::uint32_t>(ny), static_cast<std::uint32_t>(nx)});
-            const bool isFull = found == covered.end() || found->second.share == 0.0f
-                                    ? isAlike(part.color(nx, ny), radiance)
-                                    : found->second.share == 1.0f;
-            if (isFull) return true;
+            const Coverage coverage = found == covered.end() ? Coverage{} : found->second;
+            const bool isFull = coverage.share == 0.0f ? isAlike(part.color(nx, ny), radiance)
+                                                       : coverage.share == 1.0f;
+            const bool isNext = std::abs(dx) <= 1 && std::abs(dy) <= 1;
+            if (isFull || (coverage.isCut && isNext)) return false;
         }
     }
-    return false;
+    return true;
 }
 
 // A neighbour that shows no emitter and has the least of one in it; null without one.
@@ -214,7 +225,7 @@ void execute(PassResources&, const PassInput& input, const EmitterCoverage& work
         const auto [y, x] = place;
         if (coverage.share == 0.0f) continue;
         Part& part = parts.at(x, y);
-        if (isLarge(part, covered, x, y, coverage.radiance)) continue;
+        if (!isKnown(part, covered, x, y, coverage.radiance)) continue;
         glm::vec4 color = part.color(x, y);
         if (!coverage.isShown) {
             const glm::vec4 emitter(coverage.radiance, work.transparent ? 1.0f : color.w);
