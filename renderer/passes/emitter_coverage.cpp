@@ -73,7 +73,7 @@ private:
     std::vector<float> depths_;
 };
 
-// The parts of a picture that are asked for.
+// The parts of a picture that are used.
 class Parts {
 public:
     explicit Parts(const Target& picture) : picture_(picture) {}

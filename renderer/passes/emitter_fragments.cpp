@@ -36,7 +36,7 @@ std::vector<EmitterFragment> emitterFragments(const Scene& scene, const Pose& po
         for (const PixelTriangle& triangle : trianglesOf(all, emitter)) {
             const auto [nearest, farthest] = triangle.depths();
             triangle.eachPixel(width, height, [&](std::uint32_t x, std::uint32_t y) {
-                if (fragments.size() == kMostFragments) return;
+                if (fragments.size() == kMaxFragments) return;
                 const glm::dvec2 corner(x, y), center = corner + 0.5;
                 const auto share = static_cast<float>(triangle.shareOf(corner));
                 if (share == 0.0f) return;

@@ -6,7 +6,7 @@ namespace clerestory {
 namespace {
 
 // Limits the time of the pass.
-constexpr std::uint32_t kMostTriangles = 50'000;
+constexpr std::uint32_t kMaxTriangles = 50'000;
 
 // Opaque surfaces that emit the same radiance everywhere.
 bool isEmitter(const SeenSurface& surface) {
@@ -27,7 +27,7 @@ void planEmitterCoverage(ViewContext& context, const ViewTask& task, const SeenV
         const Material& material = stage.material(*surface.surface);
         for (const SeenCluster& cluster : surface.clusters) {
             triangles += cluster.indexCount / 3;
-            if (triangles > kMostTriangles) break;
+            if (triangles > kMaxTriangles) break;
             work.emitters.push_back({surface.surface->instance, cluster.firstIndex,
                                      cluster.indexCount, emittedRadiance(material),
                                      material.doubleSided});
