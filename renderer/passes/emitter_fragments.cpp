@@ -5,7 +5,8 @@
 namespace clerestory {
 namespace {
 
-constexpr double kLargeArea = 1000.0;  // of a triangle, pixels
+// Radius of the largest circle in a triangle, pixels: with more the circle holds a whole pixel.
+constexpr double kLargeRadius = 0.75;
 
 // Those that are seen; none if one of them is large.
 std::vector<PixelTriangle> trianglesOf(const PixelTriangles& all,
@@ -18,8 +19,9 @@ std::vector<PixelTriangle> trianglesOf(const PixelTriangles& all,
             continue;
         }
         const auto& seen = std::get<PixelTriangles::Seen>(found);
-        if (seen.triangle.area() > kLargeArea) return {};
-        if (seen.facesEye || emitter.doubleSided) triangles.push_back(seen.triangle);
+        if (!seen.facesEye && !emitter.doubleSided) continue;
+        if (!(seen.triangle.innerRadius() <= kLargeRadius)) return {};
+        triangles.push_back(seen.triangle);
     }
     return triangles;
 }

@@ -23,7 +23,7 @@ struct EmitterFragment {
 // Of the emitters' triangles that face the eye, in the order of emitters and triangles. Emitters
 // with a large triangle have none: what is missing at their edges is not small. There are at most
 // kMaxFragments; those of the last emitters are left out.
-inline constexpr std::size_t kMaxFragments = 500'000;
+inline constexpr std::size_t kMaxFragments = 200'000;
 std::vector<EmitterFragment> emitterFragments(const Scene& scene, const Pose& pose,
                                               const EmitterCoverage& work, std::uint32_t width,
                                               std::uint32_t height);

@@ -27,6 +27,14 @@ double PixelTriangle::area() const {
     return 0.5 * cross(corners[1].place - corners[0].place, corners[2].place - corners[0].place);
 }
 
+double PixelTriangle::innerRadius() const {
+    double length = 0.0;
+    for (std::size_t i = 0; i < 3; ++i) {
+        length += glm::distance(corners[i].place, corners[(i + 1) % 3].place);
+    }
+    return 2.0 * area() / length;
+}
+
 std::pair<float, float> PixelTriangle::depths() const {
     return std::minmax({corners[0].depth, corners[1].depth, corners[2].depth});
 }
@@ -63,6 +71,11 @@ bool PixelTriangle::contains(const glm::dvec2& place) const {
 }
 
 double PixelTriangle::shareOf(const glm::dvec2& pixel) const {
+    const auto isInside = [&](const Corner& corner) {
+        const glm::dvec2 place = corner.place - pixel;
+        return place.x >= 0.0 && place.y >= 0.0 && place.x <= 1.0 && place.y <= 1.0;
+    };
+    if (std::all_of(corners.begin(), corners.end(), isInside)) return area();
     // A triangle that four lines cut has at most seven corners.
     std::array<glm::dvec2, 8> polygon, cut;
     std::size_t count = 3;

@@ -23,6 +23,7 @@ struct PixelTriangle {
     std::array<Corner, 3> corners;  // counter-clockwise
 
     double area() const;                     // pixels
+    double innerRadius() const;              // of the largest circle in it, pixels
     std::pair<float, float> depths() const;  // the least and the greatest one
     // Along the longest edge: a triangle that is narrower than a pixel has no slope to extend.
     float depthAt(const glm::dvec2& place) const;

@@ -6,7 +6,7 @@ namespace clerestory {
 namespace {
 
 // Limits the time of the pass.
-constexpr std::uint32_t kMaxTriangles = 50'000;
+constexpr std::uint32_t kMaxTriangles = 20'000;
 
 // Opaque surfaces that emit the same radiance everywhere.
 bool isEmitter(const SeenSurface& surface) {
