@@ -158,6 +158,23 @@ TEST_F(SmallEmitters, AreInTheAlphaOfTransparentPictures) {
     EXPECT_NEAR(red, kRadiance * alpha, 0.02);
 }
 
+// The sum of several emitters in a pixel is finite, however bright they are.
+TEST_F(SmallEmitters, StayFinite) {
+    Scene scene;
+    for (int i = -5; i <= 5; ++i) {
+        Material light = glowing(glm::vec3(1e4f));
+        light.emissiveStrength = 1e4f;
+        place(scene, quad(0.01f, addMaterial(scene, light)), moved(0.021 * i, 0.013 * i, 0.01 * i));
+    }
+    const Image image = drawn(request(std::move(scene), "very bright emitters"));
+    EXPECT_GT(sumOf(image), 100.0);
+    for (std::uint32_t y = 0; y < image.height; ++y) {
+        for (std::uint32_t x = 0; x < image.width; ++x) {
+            EXPECT_LE(color(image, x, y).x, 65504.0f) << x << " " << y;
+        }
+    }
+}
+
 // What fills a pixel or does not glow is drawn as before.
 TEST_F(SmallEmitters, OtherSurfacesKeepTheirBytes) {
     struct Case {

@@ -8,6 +8,9 @@ namespace {
 // Limits the time of the pass.
 constexpr std::uint32_t kMaxTriangles = 20'000;
 
+// As of optics.glsl: more is infinite in a picture.
+constexpr float kMaxRadiance = 65504.0f;
+
 // Opaque surfaces that emit the same radiance everywhere.
 bool isEmitter(const SeenSurface& surface) {
     constexpr Features kVarying = FEATURE_EMISSIVE_MAP | FEATURE_BLEND | FEATURE_MASK;
@@ -25,12 +28,12 @@ void planEmitterCoverage(ViewContext& context, const ViewTask& task, const SeenV
     for (const SeenSurface& surface : seen.surfaces) {
         if (!isEmitter(surface)) continue;
         const Material& material = stage.material(*surface.surface);
+        const glm::vec3 radiance = glm::min(emittedRadiance(material), glm::vec3(kMaxRadiance));
         for (const SeenCluster& cluster : surface.clusters) {
             triangles += cluster.indexCount / 3;
             if (triangles > kMaxTriangles) break;
             work.emitters.push_back({surface.surface->instance, cluster.firstIndex,
-                                     cluster.indexCount, emittedRadiance(material),
-                                     material.doubleSided});
+                                     cluster.indexCount, radiance, material.doubleSided});
         }
     }
     if (work.emitters.empty()) return;
