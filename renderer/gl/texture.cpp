@@ -314,66 +314,47 @@ void Framebuffer::scaleInto(const Framebuffer& target) const {
 
 void Framebuffer::readBytes(std::span<std::byte> rgba) const {
     assert(rgba.size() == std::size_t{4} * width_ * height_);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, static_cast<int>(width_), static_cast<int>(height_), GL_RGBA,
-                 GL_UNSIGNED_BYTE, rgba.data());
+    read(whole(), GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
 }
 
 void Framebuffer::readFloats(std::span<float> rgba) const {
-    assert(rgba.size() == std::size_t{4} * width_ * height_);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, static_cast<int>(width_), static_cast<int>(height_), GL_RGBA, GL_FLOAT,
-                 rgba.data());
+    readFloats(whole(), rgba);
 }
 
 void Framebuffer::readFloats(const Rect& part, std::span<float> rgba) const {
     assert(rgba.size() == std::size_t{4} * part.width * part.height);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
-                 static_cast<int>(part.height), GL_RGBA, GL_FLOAT, rgba.data());
+    read(part, GL_RGBA, GL_FLOAT, rgba.data());
 }
 
 void Framebuffer::readReds(const Rect& part, std::span<float> reds) const {
     assert(reds.size() == std::size_t{part.width} * part.height);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
-                 static_cast<int>(part.height), GL_RED, GL_FLOAT, reds.data());
+    read(part, GL_RED, GL_FLOAT, reds.data());
 }
 
 void Framebuffer::readDepths(std::span<float> depths) const {
-    assert(depths.size() == std::size_t{width_} * height_);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, static_cast<int>(width_), static_cast<int>(height_), GL_DEPTH_COMPONENT,
-                 GL_FLOAT, depths.data());
+    readDepths(whole(), depths);
 }
 
 void Framebuffer::readDepths(const Rect& part, std::span<float> depths) const {
     assert(depths.size() == std::size_t{part.width} * part.height);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
-                 static_cast<int>(part.height), GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
+    read(part, GL_DEPTH_COMPONENT, GL_FLOAT, depths.data());
 }
 
 void Framebuffer::readHalves(std::span<std::uint64_t> rgba) const {
     assert(rgba.size() == std::size_t{width_} * height_);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, static_cast<int>(width_), static_cast<int>(height_), GL_RGBA, GL_HALF_FLOAT,
-                 rgba.data());
+    read(whole(), GL_RGBA, GL_HALF_FLOAT, rgba.data());
 }
 
 void Framebuffer::readWords(const Rect& part, std::span<std::byte> rgba) const {
     assert(rgba.size() == std::size_t{16} * part.width * part.height);
+    read(part, GL_RGBA_INTEGER, GL_UNSIGNED_INT, rgba.data());
+}
+
+void Framebuffer::read(const Rect& part, unsigned format, unsigned type, void* pixels) const {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, name_.get());
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(static_cast<int>(part.x), static_cast<int>(part.y), static_cast<int>(part.width),
-                 static_cast<int>(part.height), GL_RGBA_INTEGER, GL_UNSIGNED_INT, rgba.data());
+                 static_cast<int>(part.height), format, type, pixels);
 }
 
 void Framebuffer::clearFurther(const Rect& part) const {

@@ -142,6 +142,10 @@ public:
     std::uint32_t height() const { return height_; }
 
 private:
+    Rect whole() const { return {0, 0, width_, height_}; }
+    // pixels: of the part, tightly packed, as OpenGL's format and type say.
+    void read(const Rect& part, unsigned format, unsigned type, void* pixels) const;
+
     std::uint32_t width_, height_;
     std::uint32_t kind_;  // equal for equal formats of what is drawn into
     int further_;

@@ -1,5 +1,13 @@
 // Triangles of a scene in the pixels of a picture of it. Places are in pixels from the lower left
 // corner of the picture, depths in metres from the plane of the eye.
+//
+//     const PixelTriangles triangles(scene, pose, view, instance, width, height);
+//     const auto found = triangles.at(firstIndex);
+//     if (const auto* seen = std::get_if<PixelTriangles::Seen>(&found)) {
+//         seen->triangle.eachPixel(width, height, [&](std::uint32_t x, std::uint32_t y) {
+//             covered[{x, y}] += seen->triangle.shareOf({x, y});
+//         });
+//     }
 #pragma once
 
 #include "plan/graph/draw.h"

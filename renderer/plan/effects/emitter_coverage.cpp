@@ -8,7 +8,7 @@ namespace {
 // Limits the time of the pass.
 constexpr std::uint32_t kMaxTriangles = 20'000;
 
-// As of optics.glsl: more is infinite in a picture.
+// As in optics.glsl: more is infinite as a half.
 constexpr float kMaxRadiance = 65504.0f;
 
 // Opaque surfaces that emit the same radiance everywhere.

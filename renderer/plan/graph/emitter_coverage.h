@@ -16,7 +16,7 @@ struct Stage;
 
 // Changes the picture in the target, one sample in the middle of each pixel, where emitters end: a
 // flame that is smaller than a pixel is either missing there or as bright as if it filled the
-// pixel. The shares are computed from the triangles, which no other pass needs for that.
+// pixel. The shares are computed from the triangles.
 struct EmitterCoverage {
     // Triangles of one radiance.
     struct Emitter {
