@@ -5,13 +5,13 @@ import { messageText, millisecondsText } from "./messages.js";
 
 // ---- settings, hull and axes -----------------------------------------------------------------
 
-// The settings to compare: the presets, the current setting, and with `sweep` each knob changed separately.
-// -> [{ label, accuracy }]; at most maxSettings.
-export function settingsFor({ presets, current, knobs, values, sweep, maxSettings = 32 }) {
+// The settings to compare: the presets, the current setting, and with `sweep` each field of the accuracy changed separately.
+// schemas, values: of these fields. -> [{ label, accuracy }]; at most maxSettings.
+export function settingsFor({ presets, current, schemas, values, sweep, maxSettings = 32 }) {
   const list = presets.map((preset) => ({ label: preset, accuracy: preset, named: true }));
   if (Object.keys(current).length > 1) list.push({ label: "current setting", accuracy: current, named: true });
   if (sweep) {
-    for (const [name, schema] of Object.entries(knobs)) {
+    for (const [name, schema] of Object.entries(schemas)) {
       for (const value of variants(schema, values[name])) {
         list.push({ label: `${name} ${value}`, accuracy: { ...current, [name]: value } });
       }
@@ -23,7 +23,7 @@ export function settingsFor({ presets, current, knobs, values, sweep, maxSetting
 function variants(schema, value) {
   if (schema.enum) return schema.enum.filter((word) => word !== value && word !== "automatic");
   if (schema.type === "boolean") return [!value];
-  if (value === undefined) return [];  // a budget, not a knob
+  if (value === undefined) return [];  // a budget
   const isInteger = schema.type === "integer";
   return [value / 2, value * 2].map((x) => (isInteger ? Math.round(x) : x))
     .filter((x) => x >= schema.minimum && x <= schema.maximum && x !== value);
@@ -76,8 +76,10 @@ export const shortNumber = (v) => (v >= 1000 ? `${v / 1000}k` : String(Number(v.
 // ---- panel -----------------------------------------------------------------------------------
 
 const kWidth = 320, kHeight = 220, kLeft = 46, kBottom = 34, kTop = 10, kRight = 12;
+const kRadius = 5, kSelectedRadius = 7;  // of a point
 
-function chartOf(points, { off, noise }, selected, select) {
+// A point is a button: select(i) is called by a click, Enter or Space.
+function chartOf(points, { off, noise }, select) {
   const x = logAxis(points.map((p) => p.milliseconds), kWidth - kLeft - kRight);
   const y = logAxis([...points.map((p) => p.error), off].filter((v) => v > 0), kHeight - kTop - kBottom);
   const px = (v) => kLeft + x.at(v), py = (v) => kHeight - kBottom - y.at(v);
@@ -101,10 +103,13 @@ function chartOf(points, { off, noise }, selected, select) {
     ...points.map((p, i) => {
       const label = `${p.label}: ${millisecondsText(p.milliseconds)}, error ${shortNumber(p.error)}`;
       const on = hull.some((h) => h.label === p.label);
-      return svg("circle", { cx: px(p.milliseconds), cy: py(p.error), r: i === selected ? 7 : 5, tabindex: 0, role: "button",
-                             class: [on ? "on" : "", i === selected ? "chosen" : ""].join(" "), "aria-label": label,
-                             onclick: () => select(i), onkeydown: (e) => e.key === "Enter" && select(i) },
-                 svg("title", {}, label));
+      const press = (e) => {
+        if (e.key !== "Enter" && e.key !== " ") return;
+        e.preventDefault();  // Space would scroll
+        select(i);
+      };
+      return svg("circle", { cx: px(p.milliseconds), cy: py(p.error), r: kRadius, tabindex: 0, role: "button", class: on ? "on" : "",
+                             "aria-label": label, onclick: () => select(i), onkeydown: press }, svg("title", {}, label));
     }));
 }
 
@@ -114,8 +119,9 @@ const viewOf = ({ width, height, accuracy, filters, ...view }) => JSON.stringify
 export class ComparePanel {
   #job;
   #points = [];
-  #lines = {};
   #measured;  // the view of the error images
+  #summary;   // of the measurement
+  #errorCalls = 0;  // of #showError()
 
   // request(size) -> the view; size(width) -> the size with its aspect ratio. use(accuracy) applies a setting.
   // reference(path) is called with the reference image of the measured view, or undefined if the view has changed.
@@ -136,8 +142,8 @@ export class ComparePanel {
   async #measure() {
     const { session } = this;
     const settings = settingsFor({
-      presets: session.presets, current: session.accuracy, knobs: session.knobSchemas, sweep: $("sweep").checked,
-      values: { ...session.presetValues[session.preset], ...session.knobs },
+      presets: session.presets, current: session.accuracy, schemas: session.accuracySchemas, sweep: $("sweep").checked,
+      values: { ...session.presetValues[session.preset], ...session.accuracySettings },
     });
     const { accuracy, filters, ...frame } = this.request(this.size(Number($("reference-width").value)));
     this.#busy(true);
@@ -179,21 +185,37 @@ export class ComparePanel {
       milliseconds: s.milliseconds.median, error: s.error.frame.relMse, psnr: s.error.frame.psnr, flip: s.error.frame.flip,
       closedGap: s.closedGap, image: s.errorPicture,
     }));
-    this.#lines = { off: result.effectsOff.relMse, noise: result.reference.noise.relMse };
-    $("measure-words").textContent = `${this.#points.length} settings; reference with ${result.reference.samples} paths per pixel in ${millisecondsText(result.reference.milliseconds)}. Select a point to see its errors.`;
-    this.#draw(undefined);
+    this.#summary = `${this.#points.length} settings; reference with ${result.reference.samples} paths per pixel in ${millisecondsText(result.reference.milliseconds)}. Select a point to see its errors.`;
+    $("measure-words").textContent = this.#summary;
+    const lines = { off: result.effectsOff.relMse, noise: result.reference.noise.relMse };
+    $("chart").hidden = false;
+    $("chart").replaceChildren(chartOf(this.#points, lines, (i) => this.#select(i)));
+    this.#deselect();
     this.reference(result.reference.picture);
   }
 
-  #draw(selected) {
-    $("chart").hidden = false;
-    $("chart").replaceChildren(chartOf(this.#points, this.#lines, selected, (i) => this.#select(i)));
+  #circles() {
+    return [...$("chart").querySelectorAll("circle")];
+  }
+
+  // The circles stay in the document, so that the one with the focus keeps it.
+  #mark(selected) {
+    for (const [i, circle] of this.#circles().entries()) {
+      circle.classList.toggle("chosen", i === selected);
+      circle.setAttribute("r", i === selected ? kSelectedRadius : kRadius);
+    }
     $("chart-details").hidden = selected === undefined;
   }
 
+  #deselect() {
+    this.#mark(undefined);
+    this.#showError(undefined);
+  }
+
   #select(i) {
-    this.#draw(i);
-    const p = this.#points[i];
+    this.#mark(i);
+    const p = this.#points[i], words = $("measure-words");
+    if (!this.#job && words.textContent !== this.#summary) words.textContent = this.#summary;  // instead of an earlier failure
     const opacity = element("input", { type: "range", min: 0, max: 1, step: 0.05, id: "error-opacity", title: "How much of the error image covers the frame", oninput: () => {
       $("error-image").style.opacity = opacity.value;
     } });
@@ -204,16 +226,28 @@ export class ComparePanel {
       element("div", { className: "field" }, element("label", { htmlFor: "error-opacity" }, "Opacity of the error image"), opacity),
       element("div", { className: "row" },
         element("button", { type: "button", title: "Applies this accuracy to the view", onclick: () => this.use(p.accuracy) }, "Use this setting"),
-        element("button", { type: "button", title: "Hides the error image", onclick: () => { this.#showError(undefined); this.#draw(undefined); } }, "Hide")));
+        element("button", { type: "button", title: "Hides the error image", onclick: () => {
+          this.#deselect();
+          this.#circles()[i].focus();
+        } }, "Hide")));
     this.#showError(p.image, opacity.value);
   }
 
+  // Shows the error image at this path, or none. An image that arrives after a later call is ignored.
   async #showError(path, opacity) {
-    const image = $("error-image");
+    const image = $("error-image"), call = ++this.#errorCalls;
+    const isOutdated = () => call !== this.#errorCalls;
     image.hidden = true;
     if (!path) return;
     image.style.opacity = opacity;
-    await showBlob(image, await imageAt(path));
-    image.hidden = false;
+    try {
+      const blob = await imageAt(path);
+      if (isOutdated()) return;
+      await showBlob(image, blob);
+      if (!isOutdated()) image.hidden = false;
+    } catch (problem) {
+      if (!(problem instanceof Problem)) throw problem;
+      if (!isOutdated()) $("measure-words").textContent = messageText(problem);
+    }
   }
 }

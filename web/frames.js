@@ -63,9 +63,9 @@ export function workMs({ milliseconds, timings }) {
 
 // What the ladder of a request depends on besides its size; presets: cheapest first.
 export function accuracyKind(accuracy, presets) {
-  const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy ?? {};
-  if (knobs.maxMilliseconds !== undefined || knobs.maxError !== undefined) return "budget";
-  return preset === presets[0] && Object.keys(knobs).length === 0 ? "draft" : "other";
+  const { preset, ...settings } = typeof accuracy === "string" ? { preset: accuracy } : accuracy ?? {};
+  if (settings.maxMilliseconds !== undefined || settings.maxError !== undefined) return "budget";
+  return preset === presets[0] && Object.keys(settings).length === 0 ? "draft" : "other";
 }
 
 // Seconds until a retry: the Retry-After of the server, or longer with every consecutive failure.
@@ -89,6 +89,7 @@ export class Frames {
   #complete = true;   // that is the full frame, with its plan
   #pace;
   #waiting = false;   // for a retry
+  #retry;             // timer of that
   #prepared;          // what a frame in motion was drawn in advance for
   #fraction = 1;  // of the pixels of a full frame, while that takes longer than the deadline of the server
   #failures = 0;
@@ -137,7 +138,9 @@ export class Frames {
   // The frames of the present view are not needed any more.
   stop() {
     clearTimeout(this.#rest);
+    clearTimeout(this.#retry);
     this.#resting = false;
+    this.#waiting = false;
     this.#latest.forget();
     this.#running?.stop.abort();
     this.#decoded?.abort();
@@ -243,7 +246,8 @@ export class Frames {
     if (!messageOf(problem).retry) return this.failed(problem);
     const seconds = retryDelay(problem.retryAfterSeconds, ++this.#failures);
     this.#waiting = true;
-    setTimeout(() => {
+    clearTimeout(this.#retry);
+    this.#retry = setTimeout(() => {
       this.#waiting = false;
       this.#request({ kind: "full" });
     }, 1000 * seconds);

@@ -78,14 +78,14 @@ export class InputHandler {
     };
     this.stage.addEventListener("keydown", (e) => {
       if (e.ctrlKey || e.metaKey || e.altKey || !this.session.camera || e.target !== this.stage) return;
-      const { camera } = this.session;
+      const { camera } = this.session, key = e.key.toLowerCase();  // Caps Lock changes letters
       if (isFlightKey(e.code)) this.press(e.code, e.shiftKey);
       else if (step[e.key] && e.shiftKey) this.#set(pan(camera, ...step[e.key].map((x) => x * kKeyPan)));
       else if (step[e.key]) this.#turn(...step[e.key].map((x) => x * kKeyTurn));
       else if (e.key === "+" || e.key === "=") this.#set(zoom(camera, 1 / 1.1));
       else if (e.key === "-") this.#set(zoom(camera, 1.1));
-      else if (e.key === "f") this.focus(this.stage.clientWidth / 2, this.stage.clientHeight / 2);
-      else if (e.key === "r") this.reset();
+      else if (key === "f") this.focus(this.stage.clientWidth / 2, this.stage.clientHeight / 2);
+      else if (key === "r") this.reset();
       else if (e.key === " ") this.play();
       else return;
       e.preventDefault();

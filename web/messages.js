@@ -79,13 +79,20 @@ export function millisecondsText(ms) {
 
 let countdown;
 
+// Screen readers announce a status whenever it is written, also if it is the same.
+function write(part, text = "") {
+  if (part.textContent !== text) part.textContent = text;
+}
+
 function show(title, text, className) {
   clearInterval(countdown);
   const note = $("note");
   note.hidden = !title && !text;
   note.className = className ?? "";
-  note.querySelector("strong").textContent = title ?? "";
-  note.querySelector("span").textContent = text ?? "";
+  write(note.querySelector("strong"), title);
+  write($("note-text"), text);
+  $("countdown").textContent = "";
+  note.querySelector("p").hidden = !text;
   note.querySelector("progress").hidden = true;
 }
 
@@ -108,14 +115,13 @@ export function showProgress(title, text, fraction) {
   else bar.value = fraction;
 }
 
-// seconds: until the automatic retry, shown as a countdown; or undefined.
+// seconds: until the automatic retry, or undefined. The countdown is hidden from screen readers, which would announce every second.
 export function showProblem(problem, seconds) {
   const { title, lines } = messageOf(problem);
-  const text = lines.filter(Boolean).join("\n");
-  show(title, text, "bad");
+  show(title, [...lines, seconds ? "Retrying" : ""].filter(Boolean).join("\n"), "bad");
   if (!seconds) return;
   let left = Math.ceil(seconds);
-  const update = () => { $("note").querySelector("span").textContent = `${text}\nRetrying in ${left} s.`; };
+  const update = () => { $("countdown").textContent = ` in ${left} s.`; };
   update();
   countdown = setInterval(() => (--left > 0 ? update() : clearInterval(countdown)), 1000);
 }

@@ -16,7 +16,7 @@ export class Session {
   camera;  // see camera.js
   start;   // the view of "Reset view"
   preset;
-  knobs = {};  // that differ from the preset
+  accuracySettings = {};  // that differ from the preset
   time = 0;
   clip;  // animation of the scene; undefined: the default of the server
   variant;  // of the scene's materials; undefined: the default ones
@@ -35,7 +35,7 @@ export class Session {
     const { properties } = frame;
     const accuracy = objectOf(properties.accuracy);
     this.presets = accuracy.properties.preset.enum;
-    this.knobSchemas = Object.fromEntries(Object.entries(accuracy.properties).filter(([name]) => name !== "preset"));
+    this.accuracySchemas = Object.fromEntries(Object.entries(accuracy.properties).filter(([name]) => name !== "preset"));
     this.presetValues = accuracy["x-presets"] ?? {};
     this.imageSchemas = Object.fromEntries(Object.entries(properties).filter(([name]) => !kHandledElsewhere.includes(name)));
     this.setDefaults();
@@ -44,7 +44,7 @@ export class Session {
   setDefaults() {
     const defaults = defaultsOf(this.schema);
     this.preset = this.schema.properties.accuracy.default;
-    this.knobs = {};
+    this.accuracySettings = {};
     this.effects = { ...defaults.effects };
     this.environment = { ...defaults.environment };
     this.image = Object.fromEntries(Object.keys(this.imageSchemas)
@@ -61,12 +61,12 @@ export class Session {
     this.variant = undefined;
   }
 
-  // The value of a knob: set explicitly, or that of the preset.
-  knobValue(name) {
-    return this.knobs[name] ?? this.presetValues[this.preset]?.[name];
+  // The value of a setting of `accuracy`: set explicitly, or that of the preset.
+  accuracyValue(name) {
+    return this.accuracySettings[name] ?? this.presetValues[this.preset]?.[name];
   }
   get accuracy() {
-    return { preset: this.preset, ...this.knobs };
+    return { preset: this.preset, ...this.accuracySettings };
   }
 
   // What the request changes of the lights of a name, or of all (name: undefined). A field, or all of it.
@@ -233,9 +233,9 @@ export class Session {
     const { scene, camera, time, clip, variant, effects, accuracy, environment, lights, ground, background, nodes, filters, ...rest } = requestOf(query, this.schema);
     Object.assign(this.effects, effects);
     if (accuracy) {
-      const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
+      const { preset, ...settings } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
       this.preset = preset ?? this.preset;
-      this.knobs = knobs;
+      this.accuracySettings = settings;
     }
     const { rotation, ...other } = environment ?? {};
     Object.assign(this.environment, other);

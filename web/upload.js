@@ -58,8 +58,11 @@ export class Uploads {
     });
   }
 
+  // Opens files after those that were added before, also if those failed.
   #add(files) {
-    return (this.#queue = this.#queue.then(() => this.#openAll(uploadsOf(files))));
+    const opened = this.#queue.then(() => this.#openAll(uploadsOf(files)));
+    this.#queue = opened.catch(() => {});
+    return opened;
   }
 
   async #openAll({ uploads, maps, others }) {

@@ -80,6 +80,14 @@ function moved() {
   frames.moved();
 }
 
+// Buttons that need a view are disabled until there is one; after that each has its own state.
+function enableViewButtons() {
+  for (const button of document.querySelectorAll("[data-needs-view]")) {
+    button.disabled = false;
+    delete button.dataset.needsView;
+  }
+}
+
 // The session has another scene. view: instead of the default one.
 function opened(view) {
   clearTimeout(lightTimer);
@@ -95,6 +103,7 @@ function opened(view) {
     session.start = start;
   }
   session.keepOwn();
+  enableViewButtons();
   time.sceneChanged();
   variants.sceneChanged();
   lights.sceneChanged();
@@ -120,25 +129,27 @@ async function focus(x, y) {
 
 // ---- panels ---------------------------------------------------------------------------------
 
-function drawKnobs() {
+function drawAccuracy() {
   segments($("preset"), "preset", session.presets, session.preset, (word) => {
     session.preset = word;
-    drawKnobs();
+    drawAccuracy();
     changed();
   });
-  tipSegments($("preset"), "Sets every knob below: draft is fast, fine is exact.");
-  $("knobs").replaceChildren(...Object.entries(session.knobSchemas).flatMap(([name, schema]) => {
-    const row = controlFor(name, schema, session.knobValue(name), (value) => {
-      if (value === undefined) delete session.knobs[name];
-      else session.knobs[name] = value;
-      row.classList.toggle("set", name in session.knobs);
-      $("knobs-reset").hidden = Object.keys(session.knobs).length === 0;
+  tipSegments($("preset"), "Determines every setting below that is not changed: draft is fast, fine is exact.");
+  const { accuracySettings: settings } = session;
+  const showReset = () => { $("accuracy-reset").hidden = Object.keys(settings).length === 0; };
+  $("accuracy-settings").replaceChildren(...Object.entries(session.accuracySchemas).flatMap(([name, schema]) => {
+    const row = controlFor(name, schema, session.accuracyValue(name), (value) => {
+      if (value === undefined) delete settings[name];
+      else settings[name] = value;
+      row.classList.toggle("set", name in settings);
+      showReset();
       changed();
-    }, { none: session.knobValue(name) === undefined ? "none" : undefined });
-    row?.classList.toggle("set", name in session.knobs);
+    }, { none: session.accuracyValue(name) === undefined ? "none" : undefined });
+    row?.classList.toggle("set", name in settings);
     return row ?? [];
   }));
-  $("knobs-reset").hidden = Object.keys(session.knobs).length === 0;
+  showReset();
 }
 
 function drawView() {
@@ -196,9 +207,9 @@ async function start() {
   variants = new VariantRow(session, changed);
   wipe = new Wipe(wipeChoices(session.presets, Object.keys(session.effects), labelOf), changed);
   compare = new ComparePanel({ session, request: frameRequest, use: (accuracy) => {
-    const { preset, ...knobs } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
-    Object.assign(session, { preset, knobs });
-    drawKnobs();
+    const { preset, ...accuracySettings } = typeof accuracy === "string" ? { preset: accuracy } : accuracy;
+    Object.assign(session, { preset, accuracySettings });
+    drawAccuracy();
     changed();
   }, reference: (path) => wipe.setReference(path), size: (width) => {
     const [w, h] = frames.size();
@@ -206,14 +217,14 @@ async function start() {
   } });
   const maps = new MapChoice(session, changed, environments);
   drawView();
-  drawKnobs();
+  drawAccuracy();
   groundControls(session, changed);
   backgroundControls(session, changed);
   const { filters } = session.schema.properties;
   if (filters) filterControls(session, filters, changed);
-  $("knobs-reset").addEventListener("click", () => {
-    session.knobs = {};
-    drawKnobs();
+  $("accuracy-reset").addEventListener("click", () => {
+    session.accuracySettings = {};
+    drawAccuracy();
     changed();
   });
   tabs(document.querySelector("[role=tablist]"), () => { $("hint").textContent = ""; });
@@ -237,6 +248,7 @@ async function start() {
 function askForToken() {
   clearMessage();
   $("token-form").hidden = false;
+  $("token-rejected").textContent = sessionStorage.getItem("token") ? "The server rejected this token." : "";
   $("token").value = "";
   $("token").focus();
 }
@@ -245,6 +257,7 @@ $("token-form").addEventListener("submit", (e) => {
   sessionStorage.setItem("token", $("token").value);
   useToken($("token").value);
   $("token-form").hidden = true;
+  $("token-rejected").textContent = "";
   begin();
 });
 

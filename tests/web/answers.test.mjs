@@ -148,12 +148,12 @@ test("ticks are few round numbers on the axis", () => {
   assert.deepEqual([shortNumber(2000), shortNumber(0.0123)], ["2k", "0.012"]);
 });
 
-test("a sweep varies each knob separately, within its range and the maximum number of settings", () => {
-  const knobs = {
+test("a sweep varies each setting separately, within its range and the maximum number of settings", () => {
+  const schemas = {
     planar: { type: "string", enum: ["automatic", "mirror", "traced"] }, backFaces: { type: "boolean" },
     generations: { type: "integer", minimum: 1, maximum: 8 }, maxError: { type: "number", minimum: 1e-6, maximum: 1000 },
   };
-  const common = { presets: ["draft", "fine"], knobs, values: { planar: "automatic", backFaces: false, generations: 1 } };
+  const common = { presets: ["draft", "fine"], schemas, values: { planar: "automatic", backFaces: false, generations: 1 } };
   const plain = settingsFor({ ...common, current: { preset: "draft" }, sweep: false });
   assert.deepEqual(plain.map((s) => s.label), ["draft", "fine"]);
   const swept = settingsFor({ ...common, current: { preset: "draft", bounces: 2 }, sweep: true });

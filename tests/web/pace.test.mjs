@@ -141,7 +141,11 @@ function page(t, { reduced = false, fullMs = 400 } = {}) {
         made.open.shift();
         reject(new Problem({ title: "No response" }));
       });
-      made.open.push({ request, explain, done });
+      const fail = (problem) => {
+        made.open.shift();
+        reject(problem);
+      };
+      made.open.push({ request, explain, done, fail });
     }),
   });
   made.move = (pose) => {
@@ -344,6 +348,24 @@ test("another scene has a small frame at once, then the full one", async (t) => 
   assert.deepEqual(p.shown.map(({ still }) => still), [false, true]);
   assert.equal(p.open.length, 0);
   assert.deepEqual(p.failed, []);
+});
+
+test("another scene does not wait for the retry of the one before, which is not sent", async (t) => {
+  const p = page(t);
+  p.frames.changed();
+  p.open[0].fail(new Problem({ status: 503 }, 5));
+  await settled();
+  p.frames.changed();
+  assert.equal(p.open.length, 0, "the server is busy");
+  p.pose = 7;
+  p.frames.begin();
+  assert.equal(p.open[0]?.request.pose, 7);
+  while (p.open.length > 0) await p.finish();
+  assert.ok(p.shown.at(-1).still);
+  const sent = p.requests.length;
+  t.mock.timers.tick(6000);
+  await settled();
+  assert.equal(p.requests.length, sent);
 });
 
 test("a frame whose scene was left while it arrived is not shown", async (t) => {

@@ -14,7 +14,7 @@ import { near } from "./near.mjs";
 const numbers = (count) => ({ type: "array", items: { type: "number" }, minItems: count, maxItems: count });
 const object = (properties) => ({ type: "object", properties });
 const flag = { type: "boolean", default: true };
-const knobs = {
+const accuracySchemas = {
   preset: { type: "string", enum: ["draft", "standard"], default: "standard" },
   generations: { type: "integer", minimum: 1, maximum: 8, default: 2 },
   maxError: { type: "number", minimum: 1e-6, maximum: 1000 },
@@ -42,7 +42,7 @@ const frame = object({
   clip: { type: "string", maxLength: 256 },
   effects: object({ emission: flag, refraction: flag }),
   accuracy: { oneOf: [{ type: "string", enum: ["draft", "standard"] },
-                      { ...object(knobs), "x-presets": { draft: { generations: 1 }, standard: { generations: 2 } } }],
+                      { ...object(accuracySchemas), "x-presets": { draft: { generations: 1 }, standard: { generations: 2 } } }],
               default: "standard" },
   environment: object({ map: { type: "string", maxLength: 128 }, rotation: numbers(4), visible: flag,
                         intensity: { type: "number", minimum: 0, maximum: 10000, default: 1 } }),
@@ -79,7 +79,7 @@ test("each kind of field has its kind of control", () => {
 });
 
 test("sliders span the range, integers stay integers, positions and values are consistent", () => {
-  for (const schema of [knobs.generations, { type: "integer", minimum: 16, maximum: 2048 }, { type: "number", minimum: 0.125, maximum: 1 },
+  for (const schema of [accuracySchemas.generations, { type: "integer", minimum: 16, maximum: 2048 }, { type: "number", minimum: 0.125, maximum: 1 },
                         { type: "number", minimum: -32, maximum: 32 }]) {
     const control = controlOf("x", schema);
     assert.equal(valueAt(control, 0), schema.minimum);
@@ -90,7 +90,7 @@ test("sliders span the range, integers stay integers, positions and values are c
       assert.equal(valueAt(control, positionFor(control, value)), value);
     }
   }
-  assert.equal(sliderSteps(controlOf("generations", knobs.generations)), 7);
+  assert.equal(sliderSteps(controlOf("generations", accuracySchemas.generations)), 7);
   assert.deepEqual([controlOf("exposure", frame.properties.exposure).min, positionFor(controlOf("exposure", frame.properties.exposure), -30)], [-6, 0]);
 });
 
@@ -222,13 +222,13 @@ test("objects are grouped by name, the largest first", () => {
   assert.deepEqual(groups, [{ name: "table", share: 0.5, place: [2, 0, 0] }, { name: "cup", share: 0.4, place: undefined }]);
 });
 
-test("a knob has the value of the preset until it is set", () => {
+test("a setting of the accuracy has the value of the preset until it is set", () => {
   const made = session();
-  assert.equal(made.knobValue("generations"), 2);
+  assert.equal(made.accuracyValue("generations"), 2);
   made.preset = "draft";
-  assert.equal(made.knobValue("generations"), 1);
-  made.knobs.generations = 5;
-  assert.deepEqual([made.knobValue("generations"), made.accuracy], [5, { preset: "draft", generations: 5 }]);
+  assert.equal(made.accuracyValue("generations"), 1);
+  made.accuracySettings.generations = 5;
+  assert.deepEqual([made.accuracyValue("generations"), made.accuracy], [5, { preset: "draft", generations: 5 }]);
 });
 
 test("a camera of the scene is applied; the size of the scene is its diagonal", () => {
@@ -242,7 +242,7 @@ test("a camera of the scene is applied; the size of the scene is its diagonal", 
 test("an address restores the view and the settings", () => {
   const made = session();
   made.useCamera("door");
-  Object.assign(made, { preset: "draft", knobs: { generations: 4 }, time: 1.5, clip: "walk", headingDegrees: 90, filters: [{ type: "twirl", amount: 2 }],
+  Object.assign(made, { preset: "draft", accuracySettings: { generations: 4 }, time: 1.5, clip: "walk", headingDegrees: 90, filters: [{ type: "twirl", amount: 2 }],
                        lights: [{ light: "lamp, left", radius: 0.25 }], background: [0.25, 0.5, 1] });
   made.effects.refraction = false;
   made.environment.map = "a b";

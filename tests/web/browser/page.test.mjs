@@ -146,9 +146,13 @@ visit("the keyboard reaches the image, rotation, panning, zoom, effects and tabs
     await page.keyboard.press(key);
     assert.ok(distance((await v.settled()).camera[changes], before[changes]) > 1e-3, key);
   }
-  await page.keyboard.press("r");
-  await page.waitForTimeout(400);
-  same((await v.settled()).camera, start.camera);
+  for (const key of ["r", "R"]) {  // R: with Caps Lock
+    await page.keyboard.press("ArrowLeft");
+    assert.ok(distance((await v.settled()).camera.position, start.camera.position) > 1e-3);
+    await page.keyboard.press(key);
+    await page.waitForTimeout(400);
+    same((await v.settled()).camera, start.camera);
+  }
   for (let i = 0; i < 12 && await focused() !== "tab-view"; ++i) await page.keyboard.press("Tab");
   await page.keyboard.press("ArrowRight");
   assert.equal(await focused(), "tab-accuracy");
@@ -175,7 +179,7 @@ visit("every control has an accessible name", {}, async (v, page) => {
     .filter((e) => {
       const named = e.getAttribute("aria-label") || e.labels?.length && [...e.labels].some((l) => l.textContent.trim()) ||
         document.getElementById(e.getAttribute("aria-labelledby"))?.textContent.trim() || e.textContent.trim();
-      return !named && !["status", "presentation"].includes(e.getAttribute("role"));
+      return !named && !["status", "alert", "presentation"].includes(e.getAttribute("role"));
     }).map((e) => e.outerHTML.slice(0, 120)));
   assert.deepEqual(nameless, []);
   const ids = await page.evaluate(() => [...document.querySelectorAll("[id]")].map((e) => e.id));
@@ -303,6 +307,54 @@ visit("two settings are compared, and the line moves by key", {}, async (v, page
   assert.ok(!await page.isVisible("#after"));
 });
 
+// Selects points of the chart by keyboard while their images are late or missing; at the end the second one is selected.
+async function pointsByKeyboard(v, page) {
+  v.expected.push(/404/);
+  const focused = () => page.evaluate(() => [...document.querySelectorAll("#chart circle")].indexOf(document.activeElement));
+  const select = async (i, key) => {
+    await page.locator("#chart circle").nth(i).focus();
+    await page.keyboard.press(key);
+    assert.equal(await focused(), i, "the point keeps the focus");
+    assert.equal(await page.locator("#chart circle.chosen").count(), 1);
+    assert.ok(await page.locator("#chart circle").nth(i).evaluate((e) => e.classList.contains("chosen")), key);
+  };
+  const isImage = (url) => /\/v1\/jobs\/[^/]+\/./.test(url.pathname);
+  const words = await text(page, "#measure-words");
+  const pixel = Buffer.from("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==", "base64");
+  let release;
+  const late = new Promise((resolve) => { release = resolve; });
+  const answers = [  // to the requests for images, in their order
+    async (route) => {
+      await late;
+      await route.fulfill({ contentType: "image/png", body: pixel });
+    },
+    (route) => route.continue(),
+    (route) => route.fulfill({ status: 404, contentType: "application/problem+json",
+                               body: JSON.stringify({ title: "Not found", status: 404, detail: "There is no such job." }) }),
+  ];
+  await page.route(isImage, (route) => (answers.shift() ?? ((other) => other.continue()))(route));
+
+  await select(0, " ");
+  await select(1, "Enter");
+  await page.waitForSelector("#error-image", { state: "visible" });
+  const arrived = page.waitForEvent("requestfinished", (request) => isImage(new URL(request.url())));
+  release();
+  await arrived;
+  await page.waitForTimeout(200);
+  assert.equal(await page.locator("#error-image").evaluate((i) => i.naturalWidth), 160, "an image that is out of date is ignored");
+
+  await select(2, " ");
+  await page.waitForFunction(() => document.querySelector("#measure-words").textContent.includes("There is no such job."));
+  assert.ok(!await page.isVisible("#error-image"));
+  await select(1, " ");
+  await page.waitForSelector("#error-image", { state: "visible" });
+  assert.equal(await text(page, "#measure-words"), words);
+  await page.click("#chart-details button >> text=Hide");
+  assert.deepEqual([await focused(), await page.isVisible("#error-image")], [1, false]);
+  await page.keyboard.press("Enter");
+  await page.waitForSelector("#error-image", { state: "visible" });
+}
+
 visit("a measurement shows a chart, error images, and the reference in the comparison", {}, async (v, page) => {
   await page.click("#tab-compare");
   await page.selectOption("#reference-samples", "4");
@@ -316,6 +368,7 @@ visit("a measurement shows a chart, error images, and the reference in the compa
   await page.waitForFunction(() => document.querySelector("#error-image").naturalWidth === 160);
   assert.ok(await page.isVisible("#error-image"));
   assert.match(await text(page, "#chart-details"), /standard.*relMSE/s);
+  await pointsByKeyboard(v, page);
   await v.screenshot("desk-compare-error");
   await page.selectOption("#wipe-with", "reference");
   await page.click("#wipe-start");

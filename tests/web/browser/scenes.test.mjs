@@ -33,6 +33,19 @@ visit("another scene hides the picture at once, and begins with a small one", {}
   near([small.width / last.width], [0.25], 0.01);
 });
 
+visit("another scene is requested at once, also while the page waits for a retry", {}, async (v, page) => {
+  v.expected.push(/503/);
+  await page.route("**/v1/frames*", (route) => (route.request().postDataJSON().scene === "six-walls"
+    ? route.fulfill({ status: 503, headers: { "Retry-After": "500" }, contentType: "application/problem+json",
+                      body: JSON.stringify({ title: "Render queue full", code: "queueFull", status: 503, detail: "Render queue is full; retry later." }) })
+    : route.continue()));
+  await page.click("[data-field=emission] input");
+  await page.waitForFunction(() => document.querySelector("#countdown").textContent);
+  await page.selectOption("#scene", "teapots");
+  await page.waitForFunction(() => location.hash.includes("scene=teapots"));
+  assert.equal((await v.settled()).scene, "teapots");
+});
+
 visit("a scene that cannot be loaded is named, and the one before is shown again", {}, async (v, page) => {
   await page.route("**/v1/scenes/teapots", (route) => route.fulfill({ json: { id: "teapots", state: "failed", failure: "the file is torn" } }));
   await page.selectOption("#scene", "teapots");
@@ -51,8 +64,12 @@ test("a link to a missing scene says so and shows no other scene", { timeout: 60
   await page.waitForTimeout(500);
   assert.equal(v.frames.length, 0);
   await v.screenshot("missing-scene");
+  const disabled = (ids) => page.evaluate((all) => all.map((id) => document.getElementById(id).disabled), ids);
+  const buttons = ["copy-link", "copy-image-link", "copy-curl", "copy-json", "measure", "maps-show", "objects-list", "save"];
+  assert.deepEqual(await disabled(buttons), buttons.map(() => true), "there is no view");
   await page.selectOption("#scene", "six-walls");
   assert.equal((await v.settled()).scene, "six-walls");
+  assert.deepEqual(await disabled(buttons), buttons.map(() => false));
   await v.leave();
 });
 

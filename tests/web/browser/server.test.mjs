@@ -30,6 +30,12 @@ visit("a busy server is reported and the request is retried", {}, async (v, page
     ? route.fulfill({ status: 503, headers: { "Retry-After": "2" }, contentType: "application/problem+json",
                       body: JSON.stringify({ title: "Render queue full", code: "queueFull", status: 503, detail: "Render queue is full; retry later." }) })
     : route.continue()));
+  // [id, text] of the parts of the status, as they are written.
+  await page.evaluate(() => {
+    window.written = [];
+    new MutationObserver((all) => window.written.push(...all.map(({ target }) => [target.id, target.textContent])))
+      .observe(document.querySelector("#note"), { childList: true, subtree: true });
+  });
   await page.click("[data-field=emission] input");
   await page.waitForSelector("#note:not([hidden])");
   assert.match(await text(page, "#note"), /The server is busy.*Render queue is full.*Retrying in [12] s/s);
@@ -37,6 +43,10 @@ visit("a busy server is reported and the request is retried", {}, async (v, page
   await page.click("[data-field=refraction] input");
   assert.equal((await v.settled()).effects.refraction, false);
   assert.ok(sent[1] - sent[0] > 1900, "nothing is sent before the time of Retry-After");
+  const written = (wanted) => page.evaluate((id) => window.written.filter(([of, words]) => of === id && words).map(([, words]) => words), wanted);
+  assert.deepEqual(await written("countdown"), [" in 2 s.", " in 1 s."]);
+  assert.equal(await page.getAttribute("#countdown", "aria-hidden"), "true");
+  assert.deepEqual((await written("note-text")).map((words) => /Retrying$/.test(words)), [true], "screen readers announce the retry once");
 });
 
 visit("a frame that exceeds the deadline is retried with fewer pixels", {}, async (v, page) => {
@@ -89,10 +99,13 @@ test("a required token is sent with every request", { timeout: 600000 }, async (
   v.expected.push(/401/);
   const { page } = v;
   await page.waitForSelector("#token-form:not([hidden])");
+  assert.ok(!await page.isVisible("#token-form [role=alert]"), "no token was sent");
   assert.equal(v.frames.length, 0);
   await page.fill("#token", "wrong");
   await page.keyboard.press("Enter");
   await page.waitForFunction(() => document.activeElement.id === "token" && document.querySelector("#token").value === "");
+  assert.equal(await text(page, "#token-form [role=alert]"), "The server rejected this token.");
+  await v.screenshot("token-rejected");
   await page.fill("#token", "open-sesame-to-the-chapel");
   await page.keyboard.press("Enter");
   await v.settled();

@@ -92,6 +92,24 @@ async function withUploads(steps) {
 const shows = (page, title) => page.waitForFunction((t) =>
   document.querySelector("#scene").selectedOptions[0]?.textContent === t && !document.querySelector("#stage").classList.contains("busy"), title);
 
+test("files are opened after others whose upload failed unexpectedly, which is in the console", { timeout: 600000 }, () =>
+  withUploads(async (v, page) => {
+    v.expected.push(/unexpected/);
+    await page.evaluate(() => {
+      const { send } = XMLHttpRequest.prototype;
+      XMLHttpRequest.prototype.send = () => {
+        XMLHttpRequest.prototype.send = send;
+        throw new Error("unexpected");
+      };
+    });
+    await drop(page, [{ name: "one.glb", bytes: [...glb(1)] }]);
+    await drop(page, [{ name: "two.glb", bytes: [...glb(2)] }]);
+    await shows(page, "two.glb");
+    await v.settled();
+    assert.ok(v.errors.some((error) => /unexpected/.test(error)), `${v.errors}`);
+    assert.ok(!(await page.locator("#scene option").allTextContents()).includes("one.glb"));
+  }));
+
 test("dropped files are one scene, packed with its side files; its warnings can be read and dismissed", { timeout: 600000 }, () =>
   withUploads(async (v, page) => {
     const buffer = `${"a long name of a buffer ".repeat(5)}größe.bin`;
