@@ -78,6 +78,9 @@ struct FieldError {
     std::string allowed;  // what would be right
     bool operator==(const FieldError&) const = default;
 };
+// Errors of one request or file that are listed. Reading ends after them, so that neither time nor
+// answers grow with what is wrong.
+inline constexpr std::size_t kMaxFieldErrors = 64;
 
 }  // namespace clerestory
 

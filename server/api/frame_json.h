@@ -14,7 +14,7 @@
 
 namespace clerestory {
 
-inline constexpr int kMaxJsonDepth = 16;
+inline constexpr std::size_t kMaxJsonDepth = 16;
 
 // Strict JSON: no duplicate keys, at most kMaxJsonDepth deep. Throws RequestError (400, 422).
 nlohmann::json strictJson(std::string_view text);

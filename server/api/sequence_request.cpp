@@ -11,8 +11,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kEnoughErrors = 64;
-
 std::size_t frameCount(const Turntable& turntable) {
     return std::max<std::size_t>(
         static_cast<std::size_t>(std::llround(turntable.seconds * turntable.frameRate)), 1);
@@ -113,7 +111,7 @@ void checkFlow(const Sequence& sequence, std::vector<FieldError>& errors) {
                               "differs from that of the previous frame, which flow does not allow",
                               "one value for all frames, in common"});
         }
-        if (errors.size() > kEnoughErrors) return;
+        if (errors.size() > kMaxFieldErrors) return;
     }
 }
 
@@ -128,7 +126,7 @@ Sequence sequenceFrom(const json& body) {
     SequenceRequest request;
     FieldReader(errors).object(body, request, "");
     if (errors.empty()) checkWhole(body, request, errors);
-    errors.resize(std::min(errors.size(), kEnoughErrors));
+    errors.resize(std::min(errors.size(), kMaxFieldErrors));
     if (!errors.empty()) refuse(std::move(errors));
 
     Sequence sequence{.common = body.value("common", json::object()),
@@ -163,7 +161,7 @@ Sequence sequenceFrom(const json& body) {
             append(errors, place, error.problem().errors);
         }
         // An error in the common fields is an error of every frame: report it once.
-        if (errors.size() > kEnoughErrors) refuse(std::move(errors));
+        if (errors.size() > kMaxFieldErrors) refuse(std::move(errors));
     }
     if (sequence.first >= sequence.count()) {
         errors.push_back(

@@ -2,8 +2,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <span>
 
 namespace clerestory {
 namespace {
@@ -171,15 +173,17 @@ Problem misdirected() {
 }
 
 Problem invalidFields(std::vector<FieldError> errors) {
+    constexpr std::size_t kInDetail = 16;
+    errors.resize(std::min(errors.size(), kMaxFieldErrors));
     std::string detail;
-    for (const FieldError& e : errors) {
+    for (const FieldError& e : std::span(errors).first(std::min(errors.size(), kInDetail))) {
         detail += (detail.empty() ? "" : "; ") + (e.pointer.empty() ? "the body" : e.pointer) +
                   " " + e.detail;
     }
     return {.status = 422,
             .code = ProblemCode::invalidFields,
             .title = "Invalid fields",
-            .detail = detail + ".",
+            .detail = detail + (errors.size() > kInDetail ? "; and others." : "."),
             .errors = std::move(errors)};
 }
 
@@ -369,6 +373,15 @@ Problem tooLongForDeadline(double neededSeconds, double leftSeconds) {
         .detail = "The frame would take at least " + secondsText(neededSeconds) + ", and " +
                   secondsText(leftSeconds) +
                   " are left. Nothing was drawn. Reduce the size, the samples or the accuracy."};
+}
+
+Problem tooLongForJob(double seconds) {
+    return {.status = 503,
+            .code = ProblemCode::overDeadline,
+            .title = "Frames of the job take too long",
+            .detail = "A frame took longer than " + secondsText(seconds) +
+                      " several times while other clients waited. Reduce the size or the accuracy, "
+                      "or retry when the server is idle."};
 }
 
 Problem internalError() {

@@ -122,6 +122,8 @@ Problem shuttingDown();                          // 503
 Problem notReady(std::string detail);            // 503
 Problem stillCompiling(std::uint64_t programs);  // 503
 Problem tooLongForDeadline(double neededSeconds, double leftSeconds);
+// 503: a frame of a job took longer than this each time, while clients waited.
+Problem tooLongForJob(double seconds);
 Problem overDeadline(double seconds);  // 504
 Problem internalError();               // 500
 Problem noRoom(std::string detail);    // 507

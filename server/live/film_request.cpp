@@ -8,8 +8,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kEnoughErrors = 64;
-
 void checkChannels(const SequenceChannels& channels, std::vector<FieldError>& errors) {
     SequenceChannels copy = channels;
     fields(copy, [&](const char* name, bool on, const Flag&, const char*) {
@@ -33,7 +31,7 @@ void checkFrames(const Sequence& sequence, std::vector<FieldError>& errors) {
                               "differs from that in common",
                               "one value for a whole film, in common"});
         }
-        if (errors.size() > kEnoughErrors) return;
+        if (errors.size() > kMaxFieldErrors) return;
     }
 }
 

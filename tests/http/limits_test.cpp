@@ -169,5 +169,29 @@ TEST(Limits, HoldForEveryNumberInTheSchema) {
     std::cout << pairs << " pairs\n";
 }
 
+// What is answered does not grow with what is wrong.
+TEST(Limits, AnswersToManyErrorsAreShort) {
+    const auto answerTo = [](const std::string& body) {
+        try {
+            frameRequestFrom(strictJson(body));
+        } catch (const RequestError& error) {
+            EXPECT_LE(error.problem().errors.size(), kMaxFieldErrors);
+            return problemJson(error.problem(), "1");
+        }
+        ADD_FAILURE() << "accepted";
+        return std::string();
+    };
+    std::string doubled, unknown = "{\"width\": 8";
+    for (int i = 0; i < 14; ++i)
+        doubled += "{\"" + std::string(64, static_cast<char>('a' + i)) + "\":";
+    doubled += "{\"a\": 0";
+    for (int i = 0; i < 9'000; ++i) {
+        doubled += ",\"a\":0";
+        unknown += ",\"k" + std::to_string(i) + "\":0";
+    }
+    EXPECT_LT(answerTo(doubled + std::string(15, '}')).size(), 100'000u);
+    EXPECT_LT(answerTo(unknown + "}").size(), 100'000u);
+}
+
 }  // namespace
 }  // namespace clerestory::test

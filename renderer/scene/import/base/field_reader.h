@@ -1,6 +1,6 @@
 // JSON -> any struct with a field table (scene/fields.h). Each invalid field adds a FieldError with
-// its JSON Pointer; reading continues, so that all errors are reported at once. The member of an
-// invalid field keeps its value.
+// its JSON Pointer; reading continues, so that up to kMaxFieldErrors errors are reported at once.
+// The member of an invalid field keeps its value.
 #pragma once
 
 #include "scene/fields.h"
@@ -15,8 +15,10 @@
 
 namespace clerestory {
 
-// RFC 6901. Long names are truncated, because they come from the client.
+// RFC 6901. Long names and pointers are truncated, because they come from the client.
 inline std::string joinedPointer(const std::string& pointer, std::string_view name) {
+    constexpr std::size_t kMaxLength = 512;
+    if (pointer.size() > kMaxLength) return pointer;
     std::string text = pointer + "/";
     for (const char c : name.substr(0, 64)) {
         if (c == '~') {
@@ -49,8 +51,9 @@ public:
                    if (found == value.end()) {
                        if constexpr (field::isRequired<std::decay_t<decltype(kind)>>) {
                            // null is wrong for every kind; the error lists what is allowed.
+                           const std::size_t before = errors_.size();
                            this->member(nullptr, member, kind, pointer + "/" + name);
-                           errors_.back().detail = "is missing";
+                           if (errors_.size() > before) errors_.back().detail = "is missing";
                        }
                        return;
                    }
@@ -61,6 +64,7 @@ public:
                    }
                });
         for (const auto& item : value.items()) {
+            if (isFull()) return;
             if (std::find(known.begin(), known.end(), item.key()) == known.end()) {
                 refuse(joinedPointer(pointer, item.key()),
                        "is not a known field" + didYouMean(item.key(), known), listed(known));
@@ -73,7 +77,10 @@ private:
         return std::string("is ") + value.type_name();
     }
 
+    bool isFull() const { return errors_.size() >= kMaxFieldErrors; }
+
     void refuse(std::string pointer, std::string detail, std::string allowed) {
+        if (isFull()) return;
         errors_.push_back({std::move(pointer), std::move(detail), std::move(allowed)});
     }
 
@@ -289,7 +296,7 @@ private:
             return refuse(pointer, "has " + std::to_string(value.size()) + " elements", allowed);
         }
         target.assign(value.size(), S{});
-        for (std::size_t i = 0; i < target.size(); ++i) {
+        for (std::size_t i = 0; i < target.size() && !isFull(); ++i) {
             member(value[i], target[i], kind, pointer + "/" + std::to_string(i));
         }
     }

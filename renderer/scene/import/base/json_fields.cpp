@@ -1,5 +1,6 @@
 #include "scene/import/base/json_fields.h"
 
+#include "scene/import/base/json_text.h"
 #include "scene/import/base/types.h"
 
 #include <cmath>
@@ -8,7 +9,7 @@
 namespace clerestory {
 namespace {
 
-constexpr int kMaxDepth = 64;  // glTF needs 8; extras may need more
+constexpr std::size_t kMaxDepth = 64;  // glTF needs 8; extras may need more
 
 [[noreturn]] void wrongType(const char* key, const char* expected) {
     malformed("\"" + std::string(key) + "\" is not " + expected);
@@ -26,22 +27,24 @@ void malformed(const std::string& message) {
 }
 
 Json parsedFile(std::string_view text) {
-    const auto shallow = [](int depth, Json::parse_event_t, Json&) {
-        if (depth > kMaxDepth) {
-            malformed("the JSON is nested too deeply");
-        }
-        return true;
-    };
     try {
-        Json json = Json::parse(text.begin(), text.end(), shallow);
+        std::vector<std::string> doubled;  // nothing forbids them
+        Json json = jsonFrom(text, kMaxDepth, doubled);
         if (!json.is_object()) {
             malformed("the JSON is not an object");
         }
         return json;
-    } catch (const Json::parse_error& error) {
+    } catch (const JsonTextError& error) {
+        switch (error.kind) {
+            case JsonTextError::Kind::depth:
+                malformed("the JSON is nested more than " + std::to_string(kMaxDepth) +
+                          " levels deep");
+            case JsonTextError::Kind::numberRange:
+                malformed("the JSON has a number that is out of range: " + error.pointer);
+            case JsonTextError::Kind::syntax:
+                break;
+        }
         malformed("not valid JSON at byte " + std::to_string(error.byte));
-    } catch (const Json::exception&) {
-        malformed("the JSON has a number that is out of range");
     }
 }
 
