@@ -27,7 +27,7 @@ PathTracer::Passage PathTracer::passage(Ray ray, ThroughGlass glass, const Surfa
         if (end && p.surface == end) return {result, p};
         glm::dvec3 atSurface(1.0 - p.coverage);
         const bool passes =
-            glass == ThroughGlass::all || (glass == ThroughGlass::clear && !scattersLamps(p));
+            glass == ThroughGlass::all || (glass == ThroughGlass::clear && !scattersLight(p));
         if (passes && p.transmission > 0.0) {
             const double cosine = -glm::dot(p.normal, ray.direction);
             const double ior = std::max(1.0, double(p.material->ior));
@@ -179,9 +179,8 @@ glm::dvec3 PathTracer::evalAreaLights(Path& path, const SurfaceInteraction& poin
     }
     const SurfaceInteraction there = geometry_.interactionAt(
         {distance, emitter.weightB, emitter.weightC, emitter.triangle}, towards);
-    Ray ray = SceneGeometry::spawnRay(point, towards);
-    ray.tMax = distance * (1.0 - 1e-5) - 1e-6 * there.maxCoordinate;
-    return sum + weight * there.emission * transmittance(ray, ThroughGlass::none);
+    return sum + weight * there.emission *
+                     transmittance(SceneGeometry::spawnRayTo(point, there), ThroughGlass::none);
 }
 
 }  // namespace clerestory::reference

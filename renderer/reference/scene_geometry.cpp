@@ -336,16 +336,34 @@ double SceneGeometry::normalSpreadAcross(const Hit& hit, const SurfaceInteractio
     return std::sqrt(glm::length(glm::cross(one, other)));
 }
 
-Ray SceneGeometry::spawnRay(const SurfaceInteraction& point, const glm::dvec3& direction) {
+namespace {
+
+// The point, moved off its surface towards `direction`. reach: greatest coordinate.
+glm::dvec3 offsetPosition(const SurfaceInteraction& point, const glm::dvec3& direction,
+                          double reach) {
     // The position is exact in double. Corners and Embree's ray are rounded to 2^-24 of the
     // greatest coordinate, and Embree's arithmetic adds errors of that size.
-    const double offset = 1e-6 * point.maxCoordinate + 1e-30;
-    const glm::dvec3 side = glm::dot(direction, point.geometricNormal) >= 0.0
-                                ? point.geometricNormal
-                                : -point.geometricNormal;
-    return {.origin = point.position + side * offset,
+    const double offset = 1e-6 * reach + 1e-30;
+    const bool isOutside = glm::dot(direction, point.geometricNormal) >= 0.0;
+    return point.position + point.geometricNormal * (isOutside ? offset : -offset);
+}
+
+}  // namespace
+
+Ray SceneGeometry::spawnRay(const SurfaceInteraction& point, const glm::dvec3& direction) {
+    return {.origin = offsetPosition(point, direction, point.maxCoordinate),
             .direction = direction,
             .originTriangle = point.triangle};
+}
+
+Ray SceneGeometry::spawnRayTo(const SurfaceInteraction& point, const SurfaceInteraction& end) {
+    const glm::dvec3 way = end.position - point.position;
+    Ray ray = spawnRay(point, way);
+    const double reach = std::max(point.maxCoordinate, end.maxCoordinate);
+    const glm::dvec3 rest = offsetPosition(end, -way, reach) - ray.origin;
+    ray.tMax = glm::length(rest);
+    ray.direction = unitOr(rest, unitOr(way, point.geometricNormal));
+    return ray;
 }
 
 }  // namespace clerestory::reference

@@ -87,6 +87,8 @@ public:
 
     // A ray that leaves the surface, its origin offset against self-intersection.
     static Ray spawnRay(const SurfaceInteraction& point, const glm::dvec3& direction);
+    // The same towards another surface. It ends before it at any angle: both ends are offset.
+    static Ray spawnRayTo(const SurfaceInteraction& point, const SurfaceInteraction& end);
 
     struct Triangle {
         glm::vec3 a{0.0f};
@@ -104,7 +106,7 @@ public:
         return materials_.material(scene_, surface.material);
     }
 
-    // Those that throw the light of lamps onto other surfaces; relative to the origin.
+    // Those that throw punctual light onto other surfaces; relative to the origin.
     const std::vector<FlatMirror>& flatMirrors() const { return flatMirrors_; }
     const Surface& surfaceOf(const FlatMirror& mirror) const { return surfaces_[mirror.surface]; }
 

@@ -208,6 +208,29 @@ TEST(ReferenceLights, EmissiveSquareLightsTheFloorBelow) {
     EXPECT_EQ(meanColor(traced(scene, frame, uniformMap(0.0f), ReferenceMode::effects, 2)).x, 0.0);
 }
 
+// Next to a low emitter, where light leaves it and arrives at small angles: the integral over it.
+TEST(ReferenceLights, AnEmitterCloseToAFloorLightsItAtSmallAngles) {
+    constexpr double kHeight = 0.05;
+    Index black = 0;
+    Scene scene = floorUnder(black);
+    const Index square = addSquareMesh(scene, "lamp", addMaterial(scene, lamp(5.0f)));
+    placeAt(scene, square, lyingFaceDown(kHeight, 0.5));
+    for (const double aside : {0.6, 0.8, 1.2}) {
+        double irradiance = 0.0;
+        constexpr int kSteps = 400;
+        for (int i = 0; i < kSteps * kSteps; ++i) {
+            const double x = (i % kSteps + 0.5) / kSteps - 0.5,
+                         z = (i / kSteps + 0.5) / kSteps - 0.5;
+            const double squared = (x - aside) * (x - aside) + z * z + kHeight * kHeight;
+            irradiance += 5.0 * kHeight * kHeight / (squared * squared) / (kSteps * kSteps);
+        }
+        const FrameRequest frame = narrow({aside, 3.0, 0.01}, {aside, 0.0, 0.0}, 0.002);
+        const double seen =
+            meanColor(traced(scene, frame, uniformMap(0.0f), ReferenceMode::full, 16384)).x;
+        EXPECT_NEAR(seen / (0.8 * irradiance / kPi), 1.0, 0.03) << aside;
+    }
+}
+
 // Between two large plates at a small distance each sees the other only. With albedo a and one
 // plate that emits e, the plates have e / (1 - a^2) and a e / (1 - a^2).
 TEST(ReferenceLights, ACorridorOfTwoGreyWallsHasItsSeries) {
