@@ -94,8 +94,9 @@ std::uint64_t contentHash(const Material& material) {
     return h.value();
 }
 
-void updateContentHash(Scene& scene) {
-    ContentHash h;
+namespace {
+
+void addGeometry(ContentHash& h, const Scene& scene) {
     h.add(scene.vertices);
     h.add(scene.indices);
     for (const Cluster& c : scene.clusters) {
@@ -121,6 +122,9 @@ void updateContentHash(Scene& scene) {
         h.add(m.hasColors);
         h.add(m.deformation);
     }
+}
+
+void addAppearance(ContentHash& h, const Scene& scene) {
     for (const Material& m : scene.materials) add(h, m);
     for (const TextureImage& i : scene.images) {
         h.add(i.width);
@@ -138,38 +142,66 @@ void updateContentHash(Scene& scene) {
         h.add(t.minify);
         h.add(t.useLevels);
     }
+}
+
+// The bindings name every member, so that a new one does not compile until it is handled here.
+void addLight(ContentHash& h, const Light& light) {
+    const auto& [name, node, kind, intensity, range, inner, outer, radius, position, direction] =
+        light;
+    h.add(name);
+    h.add(node);
+    h.add(kind);
+    h.add(intensity);
+    for (const float v : {range, inner, outer, radius}) h.add(v);
+    for (const std::optional<glm::dvec3>& v : {position, direction}) {
+        h.add(v.has_value());
+        if (v) h.add(*v);
+    }
+}
+
+void addCamera(ContentHash& h, const Camera& camera) {
+    const auto& [name, node, orthographic, yfov, yHalfHeight, znear, zfar] = camera;
+    h.add(name);
+    h.add(node);
+    h.add(orthographic);
+    for (const double v : {yfov, yHalfHeight, znear, zfar}) h.add(v);
+}
+
+void addProbe(ContentHash& h, const Probe& probe) {
+    const auto& [name, node, position, size, resolution, zfar, blur] = probe;
+    h.add(name);
+    h.add(node);
+    h.add(position);
+    h.add(size);
+    h.add(resolution);
+    h.add(zfar);
+    add(h, blur);
+}
+
+void addPlaces(ContentHash& h, const Scene& scene) {
     for (const Node& n : scene.nodes) {
-        h.add(n.name);
-        h.add(n.parent);
-        h.add(n.parentFromLocal);
-        h.add(n.visible);
+        const auto& [name, parent, parentFromLocal, visible] = n;
+        h.add(name);
+        h.add(parent);
+        h.add(parentFromLocal);
+        h.add(visible);
     }
     for (const Instance& i : scene.instances) {
-        h.add(i.node);
-        h.add(i.mesh);
-        h.add(i.material);
+        const auto& [node, mesh, material] = i;
+        for (const Index v : {node, mesh, material}) h.add(v);
     }
-    for (const Light& l : scene.lights) {
-        h.add(l.node);
-        h.add(l.kind);
-        h.add(l.intensity);
-        for (const float v : {l.range, l.innerConeAngle, l.outerConeAngle, l.radius}) h.add(v);
-    }
-    for (const Camera& c : scene.cameras) {
-        h.add(c.name);
-        h.add(c.node);
-        h.add(c.orthographic);
-        for (const double v : {c.yfov, c.yHalfHeight, c.znear, c.zfar}) h.add(v);
-    }
-    for (const Probe& p : scene.probes) {
-        h.add(p.name);
-        h.add(p.node);
-        h.add(p.position);
-        h.add(p.size);
-        h.add(p.resolution);
-        h.add(p.zfar);
-        add(h, p.blur);
-    }
+    for (const Light& light : scene.lights) addLight(h, light);
+    for (const Camera& camera : scene.cameras) addCamera(h, camera);
+    for (const Probe& probe : scene.probes) addProbe(h, probe);
+}
+
+}  // namespace
+
+void updateContentHash(Scene& scene) {
+    ContentHash h;
+    addGeometry(h, scene);
+    addAppearance(h, scene);
+    addPlaces(h, scene);
     addMotion(h, scene);
     for (const Variant& variant : scene.variants) {
         h.add(variant.name);
@@ -179,10 +211,11 @@ void updateContentHash(Scene& scene) {
         }
     }
     if (scene.defaultView) {
-        h.add(scene.defaultView->position);
-        h.add(scene.defaultView->target);
-        h.add(scene.defaultView->yfov);
-        h.add(scene.defaultView->fit);
+        const auto& [position, target, yfov, fit] = *scene.defaultView;
+        h.add(position);
+        h.add(target);
+        h.add(yfov);
+        h.add(fit);
     }
     h.add(scene.environment);
     h.add(scene.environmentRotation);

@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <functional>
+#include <set>
 
 namespace clerestory::test {
 namespace {
@@ -357,6 +358,42 @@ TextureImage picture(std::uint32_t width, std::uint32_t height, ColorSpace space
     }
     buildLevels(image);
     return image;
+}
+
+// Requests name nodes, lights and cameras, so their names matter too.
+TEST(SceneHash, DependsOnEveryMemberOfLightsCamerasNodesAndProbes) {
+    Scene scene = boxScene();
+    scene.lights.push_back({.name = "lamp", .node = 0});
+    scene.cameras.push_back({.name = "door", .node = 0});
+    scene.probes.push_back({.name = "middle"});
+    updateContentHash(scene);
+    std::set<std::uint64_t> hashes{scene.contentHash};
+    const std::vector<std::function<void(Scene&)>> changes{
+        [](Scene& s) { s.lights[0].name = "sun"; },
+        [](Scene& s) { s.lights[0].node = kNone; },
+        [](Scene& s) { s.lights[0].kind = LightKind::spot; },
+        [](Scene& s) { s.lights[0].intensity.y = 2.0f; },
+        [](Scene& s) { s.lights[0].range = 3.0f; },
+        [](Scene& s) { s.lights[0].innerConeAngle = 0.1f; },
+        [](Scene& s) { s.lights[0].outerConeAngle = 0.5f; },
+        [](Scene& s) { s.lights[0].radius = 0.1f; },
+        [](Scene& s) { s.lights[0].worldPosition = glm::dvec3(1.0); },
+        [](Scene& s) { s.lights[0].worldDirection = glm::dvec3(1.0, 0.0, 0.0); },
+        [](Scene& s) { s.cameras[0].name = "window"; },
+        [](Scene& s) { s.cameras[0].yfov = 0.5; },
+        [](Scene& s) { s.cameras[0].znear = 0.1; },
+        [](Scene& s) { s.nodes[0].name = "root"; },
+        [](Scene& s) { s.nodes[0].parentFromLocal[3].x = 1.0; },
+        [](Scene& s) { s.nodes[0].visible = false; },
+        [](Scene& s) { s.probes[0].name = "corner"; },
+        [](Scene& s) { s.probes[0].size = 2.0; },
+    };
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+        Scene changed = scene;
+        changes[i](changed);
+        updateContentHash(changed);
+        EXPECT_TRUE(hashes.insert(changed.contentHash).second) << "change " << i;
+    }
 }
 
 TEST(ImageLevels, AChainEndsAtOneTexelForEverySize) {  // erratum R3
