@@ -8,6 +8,9 @@
 namespace clerestory::light {
 namespace {
 
+// Values at vertices. Instances beyond them have one value: that of the mean.
+constexpr std::size_t kMaxValues = 8'000'000;
+
 // Irradiance over pi by normal.
 class OpenSky {
 public:
@@ -62,6 +65,7 @@ SurfaceLight openLight(const OpenLightInput& input) {
             scene, input.materials.materialOf(scene, static_cast<Index>(i)));
         if (moves[i] || material.unlit || mesh.primitive != Primitive::triangles) continue;
         const VertexRange range = vertexRange(scene, mesh);
+        if (light.values.size() + range.count > kMaxValues) continue;
         light.firstOfInstance[i] =
             static_cast<std::int32_t>(light.values.size()) - static_cast<std::int32_t>(range.first);
         const glm::dmat3 normals =

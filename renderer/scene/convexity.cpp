@@ -6,7 +6,9 @@
 namespace clerestory {
 namespace {
 
+// Of corners with planes. A closed surface of more corners has too many triangles for it.
 constexpr std::uint64_t kMaxComparisons = 20'000'000;
+constexpr std::size_t kMaxCorners = 20'000;
 // Relative to the diagonal of the scene: rounding of corners.
 constexpr double kTolerance = 1e-5;
 
@@ -51,8 +53,9 @@ bool isConvex(const Scene& scene, const Pose& pose) {
         for (const glm::dvec3& p : {a, b, c}) {
             if (corners.empty() || corners.back() != p) corners.push_back(p);
         }
-        return corners.size() < kMaxComparisons;
+        return corners.size() <= kMaxCorners;
     });
+    if (corners.size() > kMaxCorners) return false;
     const double tolerance = kTolerance * double{worldBounds(scene, pose).diagonal()};
     std::uint64_t comparisons = 0;
     return allTriangles(

@@ -159,7 +159,7 @@ void addSceneFlags(CLI::App& serve, Config& config) {
     number("--upload-count", uploads.limits.count, 1e6, "number of stored uploads");
     number("--upload-files", import.maxFiles, 1e6, "files in an uploaded archive");
     number("--upload-triangles", import.maxTriangles, 1e9,
-           "triangles, lines and points of an uploaded scene");
+           "triangles, lines and points of an uploaded scene, of all its instances");
     bytes("--upload-memory", import.addressSpaceBytes, "address space of the import");
     const auto seconds = [&](const char* flag, auto& value, const char* words) {
         using Duration = std::remove_reference_t<decltype(value)>;

@@ -29,6 +29,7 @@ ImportOptions importOfUploads(const SceneSources& sources) {
                           .limits = sources.uploads.import,
                           .cache = sources.import.cache};
     options.limits.fileBytes = sources.uploads.limits.fileBytes;
+    options.limits.maxDrawn = options.limits.maxTriangles;
     return options;
 }
 

@@ -182,6 +182,70 @@ TEST(Gltf, SkinnedMeshesFollowTheirJoints) {
     EXPECT_EQ(bounds.max, glm::vec3(1.0f, 1.0f, 7.0f));
 }
 
+// Half of the weight is in the second set of each vertex.
+TEST(Gltf, EightJointsMoveAVertexAtRest) {
+    Json json = triangle();
+    const auto add = [&](std::size_t bytes, const char* base64, int type) {
+        json["buffers"].push_back(
+            {{"byteLength", bytes},
+             {"uri", std::string("data:application/octet-stream;base64,") + base64}});
+        json["bufferViews"].push_back(
+            {{"buffer", json["buffers"].size() - 1}, {"byteLength", bytes}});
+        json["accessors"].push_back({{"bufferView", json["bufferViews"].size() - 1},
+                                     {"componentType", type},
+                                     {"count", 3},
+                                     {"type", "VEC4"}});
+        return json["accessors"].size() - 1;
+    };
+    auto& attributes = json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["JOINTS_0"] = add(12, "AAAAAAAAAAAAAAAA", 5121);
+    attributes["JOINTS_1"] = add(12, "AQAAAAEAAAABAAAA", 5121);
+    attributes["WEIGHTS_0"] = attributes["WEIGHTS_1"] =
+        add(48, "AACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAAAA", 5126);
+    json["nodes"] = Json::parse(
+        R"([{"mesh": 0, "skin": 0}, {"translation": [0, 0, 7]}, {"translation": [0, 0, 9]}])");
+    json["scenes"][0]["nodes"] = {0, 1, 2};
+    json["skins"] = Json::parse(R"([{"joints": [1, 2]}])");
+    const Scene scene = imported(json);
+    EXPECT_EQ(worldBounds(scene, poseAt(scene, 0.0)).min.z, 8.0f);
+}
+
+TEST(Gltf, TheLimitCountsTheTrianglesOfAllInstances) {
+    Json json = triangle();
+    json["nodes"] = Json::parse(R"([{"mesh": 0}, {"mesh": 0}, {"mesh": 0}])");
+    json["scenes"][0]["nodes"] = {0, 1, 2};
+    const TemporaryFolder folder;
+    const auto file = folder.write("scene.gltf", json.dump());
+    EXPECT_EQ(importSceneInProcess(file, {.maxDrawn = 3}).instances.size(), 3u);
+    EXPECT_THROW(importSceneInProcess(file, {.maxDrawn = 2}), ImportError);
+}
+
+TEST(Gltf, CamerasWithoutANameHaveThatOfTheirNode) {
+    Json json = triangle();
+    json["cameras"] = Json::parse(R"([{"type": "perspective", "perspective": {"yfov": 0.5}}])");
+    json["nodes"].push_back({{"name", "door"}, {"camera", 0}});
+    json["scenes"][0]["nodes"] = {0, 1};
+    EXPECT_EQ(imported(json).cameras.at(0).name, "door");
+}
+
+TEST(Gltf, AnIndexOfRefractionOfZeroReflectsNearlyEverything) {
+    Json json = triangle();
+    json["materials"] = Json::parse(R"([{"extensions": {"KHR_materials_ior": {"ior": 0}}}])");
+    json["meshes"][0]["primitives"][0]["material"] = 0;
+    const Scene scene = imported(json);
+    const float r = (scene.materials.at(0).ior - 1.0f) / (scene.materials.at(0).ior + 1.0f);
+    EXPECT_GT(r * r, 0.95f);
+    EXPECT_FALSE(warning(scene, "materialOutOfRange"));
+}
+
+TEST(Gltf, FilesOfALaterVersionAreRefused) {
+    Json json = triangle();
+    json["asset"]["minVersion"] = "2.0";
+    EXPECT_EQ(imported(json).instances.size(), 1u);
+    json["asset"]["minVersion"] = "2.1";
+    EXPECT_EQ(reasonFor(json), ImportError::Reason::unsupported);
+}
+
 TEST(Gltf, MorphWeightsOfTheFileAreApplied) {
     Json json = triangle();
     json["meshes"][0]["primitives"][0]["targets"] = Json::parse(R"([{"POSITION": 0}])");

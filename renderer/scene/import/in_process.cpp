@@ -45,6 +45,7 @@ Scene sceneIn(const SceneFolder& folder, const std::string& name, const std::str
     finishScene(scene);
     const bool sidecarApplied = applySidecar(scene, folder, name);
     if (dropUnknownProbes(scene) || sidecarApplied) finishScene(scene);
+    requireDrawable(scene, limits);
     scene.title = cleanText(std::filesystem::path(name).stem().string());
     if (!wanted.empty() && !scene.scenesOfFile.empty()) {
         scene.title = cleanText(scene.title + ": " + scene.scenesOfFile[scene.sceneOfFile]);

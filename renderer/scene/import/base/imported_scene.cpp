@@ -161,13 +161,28 @@ void countPrimitives(std::uint64_t& total, std::uint64_t primitives, const Impor
     }
 }
 
+void requireDrawable(const Scene& scene, const ImportLimits& limits) {
+    std::uint64_t drawn = 0;
+    for (const Instance& instance : scene.instances) {
+        drawn += scene.meshes[instance.mesh].primitives;
+        if (drawn <= limits.maxDrawn) continue;
+        throw ImportError(Reason::limit, "the instances of the scene have more than " +
+                                             std::to_string(limits.maxDrawn) +
+                                             " triangles, lines and points");
+    }
+}
+
 void finishScene(Scene& scene) {
     thickenFlatNodes(scene);
     dropSingularInstances(scene);
     if (scene.instances.empty()) {
         std::string message = "the file has no triangles, lines or points to draw";
         if (!scene.warnings.empty()) {  // the likely reason
-            const ImportWarning& first = scene.warnings.front();
+            const auto degenerate = std::find_if(
+                scene.warnings.begin(), scene.warnings.end(),
+                [](const ImportWarning& w) { return w.code == "degenerateTriangles"; });
+            const ImportWarning& first =
+                degenerate == scene.warnings.end() ? scene.warnings.front() : *degenerate;
             message += ": " + (first.subject.empty() ? "" : first.subject + ": ") + first.message;
         }
         throw ImportError(Reason::unsupported, message);

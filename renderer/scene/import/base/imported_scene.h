@@ -20,6 +20,8 @@ void countPrimitives(std::uint64_t& total, std::uint64_t primitives, const Impor
 // The last step: removes singular instances, cleans texts, sets the hash. Throws ImportError if
 // there is nothing to draw or the scene is invalid.
 void finishScene(Scene& scene);
+// Throws ImportError if the instances have more primitives than the limit.
+void requireDrawable(const Scene& scene, const ImportLimits& limits);
 
 // The node's rest transform.
 glm::dmat4 worldFromNode(const Scene& scene, Index node);

@@ -16,7 +16,8 @@ std::string_view nameOf(ImportError::Reason reason) {
 std::string encoded(const ImportLimits& l) {
     std::ostringstream text;
     text << l.cpu.count() << ' ' << l.addressSpaceBytes << ' ' << l.fileBytes << ' '
-         << l.maxTriangles << ' ' << l.maxNodes << ' ' << l.maxImagePixels << ' ' << l.maxFiles;
+         << l.maxTriangles << ' ' << l.maxNodes << ' ' << l.maxImagePixels << ' ' << l.maxFiles << ' '
+         << l.maxDrawn;
     return text.str();
 }
 
@@ -28,7 +29,7 @@ ImportLimits decodedLimits(const std::string& text) {
         limits.cpu = std::chrono::seconds(cpu);
     }
     for (std::uint64_t* value : {&limits.addressSpaceBytes, &limits.fileBytes, &limits.maxTriangles,
-                                 &limits.maxNodes, &limits.maxImagePixels, &limits.maxFiles}) {
+                                 &limits.maxNodes, &limits.maxImagePixels, &limits.maxFiles, &limits.maxDrawn}) {
         std::uint64_t read = 0;
         if (in >> read) {
             *value = read;

@@ -22,7 +22,8 @@ struct ImportLimits {
     std::chrono::seconds cpu{60};
     std::uint64_t addressSpaceBytes = 6ull << 30;
     std::uint64_t fileBytes = 512ull << 20;  // of each file; all files together: four times as many
-    std::uint64_t maxTriangles = 20'000'000;
+    std::uint64_t maxTriangles = 20'000'000;  // of the meshes; lines and points count, too
+    std::uint64_t maxDrawn = 100'000'000;     // the same of all instances together
     std::uint64_t maxNodes = 200'000;
     std::uint64_t maxImagePixels = 64'000'000;
     std::uint64_t maxFiles = 4096;  // read for one scene, or packed in one archive

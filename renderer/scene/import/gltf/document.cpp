@@ -12,7 +12,7 @@ namespace clerestory {
 namespace {
 
 // An accessor without a buffer view has no bytes in the file, so its length needs a limit.
-constexpr std::uint64_t kMaxElements = 1u << 25;
+constexpr std::uint64_t kMaxElements = 1u << 23;
 
 std::uint32_t littleEndian(const std::string& bytes, std::size_t at) {
     std::uint32_t value = 0;
@@ -125,12 +125,18 @@ struct GltfDocument::Layout {
 GltfDocument::GltfDocument(std::string file, const SceneFolder& folder, const ImportLimits& limits)
     : folder_(folder), limits_(limits) {
     if (!file.starts_with("glTF")) {
+        if (file.find('{') == std::string::npos)
+            malformed("the file is neither JSON nor a .glb file");
         json_ = parsedFile(file);
         return;
     }
     constexpr std::uint32_t kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;
     if (file.size() < 20 || littleEndian(file, 4) != 2 || littleEndian(file, 16) != kJsonChunk) {
         malformed("the .glb header is not that of glTF 2.0");
+    }
+    if (littleEndian(file, 8) > file.size()) {
+        malformed("the .glb file has " + std::to_string(file.size()) + " of " +
+                  std::to_string(littleEndian(file, 8)) + " bytes");
     }
     const std::size_t jsonBytes = littleEndian(file, 12);
     if (jsonBytes > file.size() - 20) {

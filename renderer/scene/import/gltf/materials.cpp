@@ -9,6 +9,8 @@
 namespace clerestory {
 namespace {
 
+constexpr float kMaxIor = 100.0f;  // of the table of Material's fields
+
 Wrap wrapOfGltf(std::uint64_t code) {
     switch (code) {  // the codes are OpenGL's
         case 33071:
@@ -166,6 +168,7 @@ void GltfMaterials::readExtensions(const Json& json, Material& m) {
     }
     if (const Json* e = extension(json, "KHR_materials_ior")) {
         m.ior = real(*e, "ior", 1.5f);
+        if (m.ior == 0.0f) m.ior = kMaxIor;  // the extension's value for a reflectance of 1
     }
     if (const Json* e = extension(json, "KHR_materials_specular")) {
         m.specular = real(*e, "specularFactor", 1.0f);

@@ -237,22 +237,17 @@ void GltfMeshes::addDeformation(const Json& primitive, std::size_t fileVertices,
     scene_.deformations.push_back(std::move(d));
 }
 
-void GltfMeshes::addInfluences(const Json& attributes, std::size_t fileVertices,
-                               const std::vector<std::uint32_t>& fileVertexOf, Deformation& d) {
-    const std::size_t jointCount = scene_.skins[d.skin].joints.size();
-    const std::string& name = scene_.meshes.back().name;
-    struct Set {
-        Numbers shares;
-        std::vector<std::uint32_t> joints;
-    };
-    std::vector<Set> sets;
+std::vector<GltfMeshes::InfluenceSet> GltfMeshes::influenceSets(const Json& attributes,
+                                                                std::size_t vertices,
+                                                                const std::string& name) {
+    std::vector<InfluenceSet> sets;
     for (const char* number : {"0", "1"}) {
         const Index accessor = indexAt(attributes, (std::string("JOINTS_") + number).c_str());
         if (accessor == kNone) break;
         const std::string shares = std::string("WEIGHTS_") + number;
-        Set set{attribute(attributes, shares.c_str(), fileVertices, name),
-                document_.integers(accessor)};
-        if (set.shares.components != 4 || set.joints.size() != 4 * fileVertices) break;
+        InfluenceSet set{attribute(attributes, shares.c_str(), vertices, name),
+                         document_.integers(accessor)};
+        if (set.shares.components != 4 || set.joints.size() != 4 * vertices) break;
         sets.push_back(std::move(set));
     }
     if (sets.empty()) {
@@ -260,11 +255,19 @@ void GltfMeshes::addInfluences(const Json& attributes, std::size_t fileVertices,
             {"badAttribute", name,
              "joints and weights do not match; the first joint moves all vertices"});
     }
+    return sets;
+}
+
+void GltfMeshes::addInfluences(const Json& attributes, std::size_t fileVertices,
+                               const std::vector<std::uint32_t>& fileVertexOf, Deformation& d) {
+    const std::size_t jointCount = scene_.skins[d.skin].joints.size();
+    const std::vector<InfluenceSet> sets =
+        influenceSets(attributes, fileVertices, scene_.meshes.back().name);
     d.perVertex = 4 * static_cast<std::uint32_t>(std::max<std::size_t>(1, sets.size()));
     for (const std::uint32_t v : fileVertexOf) {
         const std::size_t first = d.influences.size();
         double sum = 0.0;
-        for (const Set& set : sets) {
+        for (const InfluenceSet& set : sets) {
             for (std::size_t k = 0; k < 4; ++k) {
                 const std::uint32_t joint = set.joints[4 * v + k];
                 const float share = set.shares.at(v)[k];
@@ -291,10 +294,7 @@ void GltfMeshes::addTargets(const Json& primitive, std::size_t fileVertices,
         const Json& target = element(targets, t, "targets");
         const Numbers positions = attribute(target, "POSITION", fileVertices, name);
         const Numbers normals = attribute(target, "NORMAL", fileVertices, name);
-        // A target's tangent has three components: the handedness is not morphed.
-        const Index tangentAccessor = indexAt(target, "TANGENT");
-        Numbers tangents = tangentAccessor == kNone ? Numbers{} : document_.floats(tangentAccessor);
-        if (tangents.components != 3 || tangents.count() != fileVertices) tangents = {};
+        const Numbers tangents = tangentsOf(target, fileVertices);
         const auto at = [](const Numbers& from, std::size_t i) {
             const glm::vec3 v = from.count() > 0 ? vec3At(from, i) : glm::vec3(0.0f);
             const bool inRange =
@@ -313,6 +313,14 @@ void GltfMeshes::addTargets(const Json& primitive, std::size_t fileVertices,
     }
 }
 
+// They have three components: the handedness is not morphed.
+Numbers GltfMeshes::tangentsOf(const Json& target, std::size_t vertices) {
+    const Index accessor = indexAt(target, "TANGENT");
+    Numbers tangents = accessor == kNone ? Numbers{} : document_.floats(accessor);
+    if (tangents.components != 3 || tangents.count() != vertices) return {};
+    return tangents;
+}
+
 void GltfMeshes::morph(const Json& primitive, const RestPose& pose, MeshDraft& draft) {
     const Json& targets = array(primitive, "targets");
     for (std::size_t t = 0; t < std::min(targets.size(), pose.morphWeights.size()); ++t) {
@@ -324,10 +332,12 @@ void GltfMeshes::morph(const Json& primitive, const RestPose& pose, MeshDraft& d
         const std::size_t count = draft.vertices.size();
         const Numbers positions = attribute(target, "POSITION", count, draft.name);
         const Numbers normals = attribute(target, "NORMAL", count, draft.name);
+        const Numbers tangents = tangentsOf(target, count);
         for (std::size_t i = 0; i < count; ++i) {
             Vertex& v = draft.vertices[i];
             if (positions.count() > 0) v.position += weight * vec3At(positions, i);
             if (normals.count() > 0) v.normal += weight * vec3At(normals, i);
+            if (tangents.count() > 0) v.tangent += weight * glm::vec4(vec3At(tangents, i), 0.0f);
         }
     }
     if (draft.hasNormals && !pose.morphWeights.empty()) {
@@ -345,26 +355,18 @@ void GltfMeshes::skin(const Json& attributes, const RestPose& pose, MeshDraft& d
         return;
     }
     const std::size_t count = draft.vertices.size();
-    const Numbers weights = attribute(attributes, "WEIGHTS_0", count, draft.name);
-    std::vector<std::uint32_t> joints;
-    if (const Index accessor = indexAt(attributes, "JOINTS_0"); accessor != kNone) {
-        joints = document_.integers(accessor);
-    }
-    const bool valid = weights.components == 4 && joints.size() == 4 * count;
-    if (!valid) {
-        scene_.warnings.push_back(
-            {"badAttribute", draft.name,
-             "joints and weights do not match; the first joint moves all vertices"});
-    }
+    const std::vector<InfluenceSet> sets = influenceSets(attributes, count, draft.name);
     for (std::size_t i = 0; i < count; ++i) {
         glm::dmat4 fromBind(0.0);
         double sum = 0.0;
-        for (std::size_t k = 0; valid && k < 4; ++k) {
-            const std::uint32_t joint = joints[4 * i + k];
-            const auto weight = static_cast<double>(weights.at(i)[k]);
-            if (weight > 0.0 && joint < pose.fromBind.size()) {
-                fromBind += weight * pose.fromBind[joint];
-                sum += weight;
+        for (const InfluenceSet& set : sets) {
+            for (std::size_t k = 0; k < 4; ++k) {
+                const std::uint32_t joint = set.joints[4 * i + k];
+                const auto weight = static_cast<double>(set.shares.at(i)[k]);
+                if (weight > 0.0 && joint < pose.fromBind.size()) {
+                    fromBind += weight * pose.fromBind[joint];
+                    sum += weight;
+                }
             }
         }
         fromBind = sum > 0.0 ? fromBind / sum : pose.fromBind.front();

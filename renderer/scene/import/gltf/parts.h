@@ -81,6 +81,14 @@ private:
     void addDeformation(const Json& primitive, std::size_t fileVertices,
                         const std::vector<std::uint32_t>& fileVertexOf,
                         const MeshAnimation& animation, bool flatNormals);
+    // JOINTS_n and WEIGHTS_n: four of each for a vertex.
+    struct InfluenceSet {
+        Numbers shares;
+        std::vector<std::uint32_t> joints;
+    };
+    // Those that match the vertices; with a warning if there are none.
+    std::vector<InfluenceSet> influenceSets(const Json& attributes, std::size_t vertices,
+                                            const std::string& name);
     void addInfluences(const Json& attributes, std::size_t fileVertices,
                        const std::vector<std::uint32_t>& fileVertexOf, Deformation& deformation);
     void addTargets(const Json& primitive, std::size_t fileVertices,
@@ -88,6 +96,8 @@ private:
     void setIndices(const Json& primitive, std::size_t vertexCount, MeshDraft& draft);
     Numbers attribute(const Json& attributes, const char* key, std::size_t count,
                       const std::string& name);
+    // Displacements of the tangents; without any if they do not match the vertices.
+    Numbers tangentsOf(const Json& target, std::size_t vertices);
     void morph(const Json& primitive, const RestPose& pose, MeshDraft& draft);
     void skin(const Json& attributes, const RestPose& pose, MeshDraft& draft);
 

@@ -90,10 +90,15 @@ private:
     }
 
     void checkVersionAndExtensions() {
-        const std::string version = text(object(document_.json(), "asset"), "version");
+        const Json& asset = object(document_.json(), "asset");
+        const std::string version = text(asset, "version"), least = text(asset, "minVersion");
         if (!version.empty() && !version.starts_with("2.")) {
             throw ImportError(Reason::unsupported,
                               "glTF " + cleanText(version) + " is not supported, only 2.0");
+        }
+        if (!least.empty() && least != "2.0") {
+            throw ImportError(Reason::unsupported,
+                              "the file requires glTF " + cleanText(least) + "; supported is 2.0");
         }
         const auto named = [&](const char* list, auto&& each) {
             for (const Json& name : array(document_.json(), list)) {
@@ -357,6 +362,7 @@ private:
     void addCamera(const Json& json, Index gltfCamera, Index node) {
         Camera camera;
         camera.name = text(json, "name");
+        if (camera.name.empty()) camera.name = scene_.nodes[node].name;
         camera.node = node;
         camera.orthographic = text(json, "type") == "orthographic";
         const Json& lens = object(json, camera.orthographic ? "orthographic" : "perspective");
