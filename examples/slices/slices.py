@@ -21,6 +21,7 @@ import urllib.request
 
 BLOCK = 512  # bytes of a tar
 TRIES = 60
+SILENCE = 600  # seconds without a byte until the next server is tried; longer than any frame takes
 
 
 def members(path):
@@ -71,6 +72,7 @@ def draw(sequence, folder, first, count):
             unfinished.rename(target)  # atomic: a slice that exists is complete
             return
         except (OSError, ValueError, http.client.HTTPException) as error:
+            unfinished.unlink(missing_ok=True)
             print(f"slice {first}: {server}: {error}", file=sys.stderr)
             time.sleep(retry_after(error))
     raise SystemExit(f"slice {first} was not finished by any server")
@@ -79,7 +81,7 @@ def draw(sequence, folder, first, count):
 def receive(server, body, path):
     request = urllib.request.Request(server + "/v1/sequences", body, {"Content-Type": "application/json"})
     try:
-        with urllib.request.urlopen(request) as answer, open(path, "wb") as file:
+        with urllib.request.urlopen(request, timeout=SILENCE) as answer, open(path, "wb") as file:
             shutil.copyfileobj(answer, file)
     except urllib.error.HTTPError as error:
         if error.code in (409, 429, 500, 502, 503, 504):

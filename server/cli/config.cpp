@@ -142,18 +142,19 @@ void addFrameFlags(CLI::App& command, CommandLine& line) {
         .add_option_function<std::vector<std::string>>(
             "--effects",
             [&frame](const std::vector<std::string>& on) {
+                // `all` and `none` stand alone.
+                const bool all = on.size() == 1 && on.front() == "all";
+                const bool none = on.size() == 1 && on.front() == "none";
                 std::vector<std::string> unknown = on;
-                std::string allowed = "all, none";
+                std::string allowed = "all alone, none alone";
                 Effects defaults;
                 fields(defaults, [&](const char* name, bool, const Flag&, const char*) {
-                    const auto found = std::find(unknown.begin(), unknown.end(), name);
-                    const bool all = !on.empty() && on.front() == "all";
-                    const bool isOn = all || found != unknown.end();
-                    if (found != unknown.end()) unknown.erase(found);
+                    const bool isNamed = std::erase(unknown, name) > 0;
                     allowed += std::string(", ") + name;
-                    frame.fields.emplace(std::string("effects.") + name, isOn ? "1" : "0");
+                    frame.fields.emplace(std::string("effects.") + name,
+                                         all || isNamed ? "1" : "0");
                 });
-                if (!unknown.empty() && unknown.front() != "all" && unknown.front() != "none") {
+                if (!unknown.empty() && !all && !none) {
                     throw CLI::ValidationError(
                         "--effects", "no effect \"" + unknown.front() + "\"; allowed: " + allowed);
                 }
@@ -229,7 +230,7 @@ void addReference(CLI::App& app, CommandLine& line) {
     addReferenceFlags(*command, line.reference);
     command
         ->add_option("-o,--output", line.frame.output,
-                     "output file: .exr, .npy, .pfm, .png or .jpg")
+                     "output file: .exr, .npy, .pfm, .png, .webp or .jpg")
         ->required()
         ->type_name("FILE");
 }

@@ -13,6 +13,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -95,6 +97,13 @@ std::string fileName(const std::string& name) {
 
 int runReference(const CommandLine& line) {
     FrameCommand command = line.frame;
+    static constexpr std::array kExtensions{".exr",  ".npy", ".pfm", ".png",
+                                            ".webp", ".jpg", ".jpeg"};
+    if (std::none_of(kExtensions.begin(), kExtensions.end(),
+                     [&](const char* end) { return command.output.ends_with(end); })) {
+        throw std::runtime_error(
+            "the output of a reference must end in .exr, .npy, .pfm, .png, .webp or .jpg");
+    }
     const bool asPfm = command.output.ends_with(".pfm");
     if (asPfm)
         command.output = "reference.npy";  // requestFor() has no .pfm; the format is replaced below

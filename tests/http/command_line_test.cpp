@@ -268,6 +268,8 @@ TEST(CommandLine, UsageErrorsPrintOneLineAndExitWith2) {
                                   "render six-walls --size 64 -o x.jpg",
                                   "render six-walls --size 0x9 -o x.jpg",
                                   "render six-walls --effects glow -o x.jpg",
+                                  "render six-walls --effects all,glow -o x.jpg",
+                                  "render six-walls --effects none,shadows -o x.jpg",
                                   "render six-walls --set widht=3 -o x.jpg",
                                   "render six-walls --request no-such-file -o x.jpg",
                                   "render six-walls --camera unknown -o x.jpg",
@@ -291,6 +293,7 @@ TEST(CommandLine, ErrorsSayWhatIsAllowed) {
     EXPECT_THAT(says("plan six-walls --yfov 9"), HasSubstr("a number from 0.017"));
     EXPECT_THAT(says("plan six-walls --effects glow"), HasSubstr("planarReflection"));
     EXPECT_THAT(says("plan six-walls --size 64"), HasSubstr("640x360"));
+    EXPECT_THAT(says("reference six-walls -o x.json"), HasSubstr(".pfm"));
     EXPECT_THAT(says("plan six-walls --clip dance"), HasSubstr("allowed: "));
     EXPECT_THAT(says("serve --rays gpu"), HasSubstr("cpu"));
     EXPECT_THAT(says("serve --port 99999"), HasSubstr("65535"));

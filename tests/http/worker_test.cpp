@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <future>
 #include <thread>
 
 namespace clerestory::test {
@@ -268,13 +269,23 @@ TEST_F(WorkerServer, ASequenceContinuesAfterAKill) {
     json frames = json::array();
     for (int i = 0; i < 30; ++i) frames.push_back(json::parse(frameBody(i)));
     std::string got;
+    std::promise<void> begun;
     std::thread reader([&] {
         auto own = client();
-        got = own.Post("/v1/sequences", {{"Accept", "multipart/mixed"}},
-                       json{{"frames", frames}}.dump(), "application/json")
-                  ->body;
+        httplib::Request request;
+        request.method = "POST";
+        request.path = "/v1/sequences";
+        request.headers = {{"Accept", "multipart/mixed"}, {"Content-Type", "application/json"}};
+        request.body = json{{"frames", frames}}.dump();
+        request.content_receiver = [&](const char* data, std::size_t size, std::uint64_t,
+                                       std::uint64_t) {
+            if (got.empty()) begun.set_value();
+            got.append(data, size);
+            return true;
+        };
+        EXPECT_TRUE(own.send(request));
     });
-    std::this_thread::sleep_for(50ms);
+    begun.get_future().wait();
     kill(worker(), SIGKILL);
     reader.join();
     const std::size_t manifest = got.find("manifest.json");
