@@ -179,6 +179,16 @@ void submitDraws() {
     if (Context::current().capabilities().software) glFlush();
 }
 
+void finishDraws() {
+    glFinish();
+}
+
+double drawnPixels() {
+    GLint viewport[4] = {};
+    glGetIntegerv(GL_VIEWPORT, viewport);
+    return double(viewport[2]) * double(viewport[3]);
+}
+
 void drawTriangle() {
     Context::current().firstUse().draw([] { glDrawArrays(GL_TRIANGLES, 0, 3); });
 }

@@ -95,6 +95,10 @@ void setWidth(float pixels);
 // Makes a software driver start the submitted draws: it bins triangles into tiles on the calling
 // thread and rasterises tiles on others only after a flush. Hardware starts without it.
 void submitDraws();
+// Waits until the submitted draws are finished.
+void finishDraws();
+// Of the viewport.
+double drawnPixels();
 void drawTriangle();  // three vertices without attributes
 
 }  // namespace clerestory::gl

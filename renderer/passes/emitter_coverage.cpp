@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 
 namespace clerestory {
@@ -21,12 +22,14 @@ constexpr float kWhole = 0.999f;
 // An emitter reflects light, too, so that its pixels are brighter than what it emits; see
 // isAlike().
 constexpr float kAlike = 0.9f;
-constexpr std::uint32_t kNear = 2;  // pixels
+constexpr std::uint32_t kNear = 2;               // pixels
+constexpr std::size_t kPartsBetweenChecks = 64;  // of whether the frame is abandoned
 
 // A square of the picture, with a border of kNear pixels.
 class Part {
 public:
-    static constexpr std::uint32_t kEdge = 32;
+    // Reading a part takes time for the call as well as for its pixels.
+    static constexpr std::uint32_t kEdge = 64;
 
     Part(const Target& picture, std::uint32_t x, std::uint32_t y) {
         const std::uint32_t width = picture.spec().width, height = picture.spec().height;
@@ -77,6 +80,7 @@ private:
 class Parts {
 public:
     explicit Parts(const Target& picture) : picture_(picture) {}
+    std::size_t count() const { return parts_.size(); }
     Part& at(std::uint32_t x, std::uint32_t y) {
         return parts_.try_emplace({y / Part::kEdge, x / Part::kEdge}, picture_, x, y).first->second;
     }
@@ -96,7 +100,23 @@ struct Coverage {
     bool isCut = false;        // a surface hides a part of them
     bool isShown = false;      // the picture shows one of them
 };
-using Covered = std::map<std::pair<std::uint32_t, std::uint32_t>, Coverage>;  // by y and x
+
+// Of the pixels with emitters.
+class Covered {
+public:
+    Coverage& at(std::uint32_t x, std::uint32_t y) { return pixels_[key(x, y)]; }
+    // Null without an emitter.
+    const Coverage* find(std::int64_t x, std::int64_t y) const {
+        const auto found = pixels_.find(key(x, y));
+        return found == pixels_.end() ? nullptr : &found->second;
+    }
+
+private:
+    static std::uint64_t key(std::int64_t x, std::int64_t y) {
+        return static_cast<std::uint64_t>(y) << 32 | static_cast<std::uint64_t>(x);
+    }
+    std::unordered_map<std::uint64_t, Coverage> pixels_;
+};
 
 // How much depth changes within a pixel: of the smoother side, because a surface may end there.
 float slopeAt(const Part& part, const View& view, std::uint32_t x, std::uint32_t y) {
@@ -169,9 +189,8 @@ bool isKnown(const Part& part, const Covered& covered, std::uint32_t x, std::uin
         for (std::int64_t dx = -kReach; dx <= kReach; ++dx) {
             const std::int64_t nx = x + dx, ny = y + dy;
             if (!part.has(nx, ny)) continue;
-            const auto found =
-                covered.find({static_cast<std::uint32_t>(ny), static_cast<std::uint32_t>(nx)});
-            const Coverage coverage = found == covered.end() ? Coverage{} : found->second;
+            const Coverage* found = covered.find(nx, ny);
+            const Coverage coverage = found ? *found : Coverage{};
             const bool isFull = coverage.share == 0.0f ? isAlike(part.color(nx, ny), radiance)
                                                        : coverage.share == 1.0f;
             const bool isNext = std::abs(dx) <= 1 && std::abs(dy) <= 1;
@@ -190,10 +209,9 @@ const glm::vec4* backgroundOf(const Part& part, const Covered& covered, std::uin
         for (int dx = -1; dx <= 1; ++dx) {
             const std::int64_t nx = std::int64_t{x} + dx, ny = std::int64_t{y} + dy;
             if (!part.has(nx, ny) || isAlike(part.color(nx, ny), radiance)) continue;
-            const auto found =
-                covered.find({static_cast<std::uint32_t>(ny), static_cast<std::uint32_t>(nx)});
-            if (found != covered.end() && found->second.isShown) continue;
-            const float share = found == covered.end() ? 0.0f : found->second.share;
+            const Coverage* found = covered.find(nx, ny);
+            if (found && found->isShown) continue;
+            const float share = found ? found->share : 0.0f;
             if (share >= least) continue;
             least = share;
             best = &part.color(nx, ny);
@@ -204,7 +222,7 @@ const glm::vec4* backgroundOf(const Part& part, const Covered& covered, std::uin
 
 }  // namespace
 
-void execute(PassResources&, const PassInput& input, const EmitterCoverage& work) {
+void execute(PassResources& resources, const PassInput& input, const EmitterCoverage& work) {
     const Target& picture = input.target();
     const TargetSpec& spec = picture.spec();
     std::vector<EmitterFragment> fragments =
@@ -215,14 +233,21 @@ void execute(PassResources&, const PassInput& input, const EmitterCoverage& work
 
     Parts parts(picture);
     Covered covered;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pixels;  // y and x
+    std::size_t partsAtCheck = 0;
     for (auto first = fragments.begin(); first != fragments.end();) {
         const auto last = std::find_if(
             first, fragments.end(), [&](const auto& f) { return placeOf(f) != placeOf(*first); });
-        covered[placeOf(*first)] = coverageOf(work, parts.at(first->x, first->y), {first, last});
+        covered.at(first->x, first->y) =
+            coverageOf(work, parts.at(first->x, first->y), {first, last});
+        pixels.push_back(placeOf(*first));
         first = last;
+        if (parts.count() < partsAtCheck + kPartsBetweenChecks) continue;
+        partsAtCheck = parts.count();
+        if (isInterrupted(resources, input)) return;
     }
-    for (const auto& [place, coverage] : covered) {
-        const auto [y, x] = place;
+    for (const auto& [y, x] : pixels) {
+        const Coverage& coverage = *covered.find(x, y);
         if (coverage.share == 0.0f) continue;
         Part& part = parts.at(x, y);
         if (!isKnown(part, covered, x, y, coverage.radiance)) continue;

@@ -36,6 +36,7 @@ std::vector<EmitterFragment> emitterFragments(const Scene& scene, const Pose& po
         const EmitterCoverage::Emitter& emitter = work.emitters[e];
         const PixelTriangles all(scene, pose, work.view, emitter.instance, width, height);
         for (const PixelTriangle& triangle : trianglesOf(all, emitter)) {
+            if (fragments.size() == kMaxFragments) return fragments;
             const auto [nearest, farthest] = triangle.depths();
             triangle.eachPixel(width, height, [&](std::uint32_t x, std::uint32_t y) {
                 if (fragments.size() == kMaxFragments) return;

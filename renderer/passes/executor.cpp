@@ -263,12 +263,12 @@ void Executor::runPass(const ExecutionInput& frame, const Pass& pass,
     if (frame.surfaceLight) input.surfaceLightTexture = &uploaded(frame.surfaceLight);
     input.movingLight = movingLight_;
     input.sampled = sampled;
+    input.abandoned = abandoned;
     PassRepeater repeater;
     if (std::holds_alternative<Supersampling>(pass.work)) {
         repeater.repeat = [&](std::size_t again, const SampledPixels& pixels) {
             runPass(frame, frame.plan.passes[again], targets, abandoned, &pixels);
         };
-        repeater.abandoned = abandoned;
         input.repeater = &repeater;
     }
     const RecordedDraws* recorded = pass.recorded();
@@ -313,21 +313,30 @@ Execution Executor::run(const ExecutionInput& input, Readback readback,
     shown_.insert(&input.scene);
     resources_.counters.meshesMoved += scenes_.at(&input.scene).follow(input.pose);
     moveLight(input);
+    // What the passes without a time draw into is incomplete. A map of several passes was marked
+    // after the first one.
+    const auto abandon = [&] {
+        for (auto left = result.passPaths.size(); left < input.plan.passes.size(); ++left) {
+            targets_.markIncomplete(*targets[input.plan.passes[left].target]);
+        }
+        gl::Context::current().throwIfFailed();
+        targets_.endFrame();
+        result.abandoned = true;
+    };
+    resources_.interrupted = false;
     for (const Pass& pass : input.plan.passes) {
         if (abandoned && abandoned()) {
-            // A map of several passes was marked after the first one.
-            for (auto left = result.passPaths.size(); left < input.plan.passes.size(); ++left) {
-                targets_.markIncomplete(*targets[input.plan.passes[left].target]);
-            }
-            gl::Context::current().throwIfFailed();
-            targets_.endFrame();
-            result.abandoned = true;
+            abandon();
             return result;
         }
         const Clock::time_point start = Clock::now();
         const std::uint64_t paths = resources_.counters.paths;
         runPass(input, pass, targets, abandoned);
         glFinish();  // so that the wall clock measures this pass
+        if (resources_.interrupted) {
+            abandon();
+            return result;
+        }
         result.passPaths.push_back(resources_.counters.paths - paths);
         result.passMilliseconds.push_back(millisecondsSince(start));
     }

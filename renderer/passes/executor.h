@@ -41,8 +41,8 @@ struct Execution {
 
 class Executor {
 public:
-    // `abandoned` is called before each pass. Once it returns true the frame ends; maps that are
-    // complete by then stay resident.
+    // `abandoned` is called before each pass and within long ones. Once it returns true the frame
+    // ends; maps that are complete by then stay resident.
     Execution run(const ExecutionInput& input, Readback readback = Readback::picture,
                   const std::function<bool()>& abandoned = {});
     // Executes one pass of a plan so that the driver compiles it; the picture is not used.

@@ -1,6 +1,7 @@
 #include "passes/gpu_scene.h"
 
 #include "gl/context.h"
+#include "passes/draw_parts.h"
 #include "passes/draw_stream.h"
 #include "plan/graph/features.h"
 
@@ -205,6 +206,13 @@ void GpuScene::bindMaterial(Index material, const FrameMaterials& own, Features 
         const bool holdsColor = scene_->images[texture.image].colorSpace == ColorSpace::srgb;
         samplers.sampler(samplerOf(texture, holdsColor, filter)).bind(unit);
     }
+}
+
+std::span<const float> GpuScene::clusterAreas() const {
+    if (clusterAreas_.size() != scene_->clusters.size()) {
+        clusterAreas_ = clerestory::clusterAreas(*scene_);
+    }
+    return clusterAreas_;
 }
 
 }  // namespace clerestory

@@ -57,6 +57,8 @@ public:
     const gl::VertexArray& vertexArray() const { return vertexArray_; }
     const gl::Buffer& vertices() const { return vertices_; }
     const gl::Buffer& indices() const { return indices_; }
+    // For DrawParts.
+    std::span<const float> clusterAreas() const;
     // For rays; read from the textures on first use and shared as they are.
     std::shared_ptr<const TracedTexels> texels() const;
     // Binds the material's block and those of its textures that `features` reads; white where it
@@ -71,6 +73,7 @@ private:
     MaterialBlocks materials_;
     std::vector<std::shared_ptr<const gl::Texture>> images_;
     std::shared_ptr<std::weak_ptr<const TracedTexels>> texels_;
+    mutable std::vector<float> clusterAreas_;
     // For slots that a program samples and a material leaves empty: like the slot's first texture
     // in the scene, so that a driver compiles nothing for it.
     struct White {

@@ -3,6 +3,7 @@
 
 #include "gl/context.h"
 #include "passes/blocks.h"
+#include "passes/draw_parts.h"
 #include "plan/graph/features.h"
 #include "plan/graph/view_bits.h"
 #include "scene/environment.h"
@@ -98,7 +99,7 @@ void bindView(PassResources& resources, const PassInput& input, const PassView& 
     }
     const TargetSpec& target = input.target().spec();
     block.picture = {target.width, target.height, 0.5 * target.height * view.clipFromView[1][1],
-                     input.plan.perMetre};
+                     input.plan.inverseDiagonal};
     if (seen.backdrop != kNoTarget) {
         block.backdrop.x = static_cast<float>(input.read(seen.backdrop).spec().levels - 1);
     }
@@ -202,6 +203,11 @@ ProgramKey keyOf(const FramePlan& plan, const DrawProgram& program, Features fea
     return key;
 }
 
+bool isInterrupted(PassResources& resources, const PassInput& input) {
+    resources.interrupted = resources.interrupted || (input.abandoned && input.abandoned());
+    return resources.interrupted;
+}
+
 void drawAll(PassResources& resources, const PassInput& input, const PassView& view,
              std::span<const Draw> draws, std::uint32_t firstRecord, const DrawProgram& program) {
     const std::uint32_t bits = program.materials
@@ -210,7 +216,14 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
                                    : 0;
     const TextureFilter filter{.anisotropy = input.plan.anisotropy,
                                .colorLevelsBelow = COLOR_LEVELS_BELOW + (input.sampled ? 1 : 0)};
+    if (resources.interrupted) return;
     input.scene->vertexArray().bind();
+    std::optional<DrawParts> parts;
+    if (input.abandoned && gl::Context::current().capabilities().software) {
+        parts.emplace(input.scene->scene(), input.scene->clusterAreas(), input.pose, view.view,
+                      gl::drawnPixels());
+    }
+    double unfinished = 0.0;  // fragments
     std::optional<Features> boundFeatures;
     Index boundMaterial = kNone;
     std::uint32_t boundReflection = kNoReflection;
@@ -251,8 +264,17 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
         facing = wanted;
         const bool surface = draw.primitive == Primitive::triangles;
         if (!surface) gl::setWidth(draw.pointSize);
-        gl::drawIndexed(topologyOf(draw.primitive), draw.firstIndex, draw.indexCount,
-                        firstRecord + static_cast<std::uint32_t>(i));
+        const DrawParts::Part whole[] = {{draw.firstIndex, draw.indexCount, 0.0}};
+        for (const DrawParts::Part& part : parts ? parts->of(draw) : std::span(whole)) {
+            unfinished += part.fragments;
+            if (unfinished > DrawParts::kMaxFragments) {
+                gl::finishDraws();
+                unfinished = part.fragments;
+                if (isInterrupted(resources, input)) return;
+            }
+            gl::drawIndexed(topologyOf(draw.primitive), part.firstIndex, part.indexCount,
+                            firstRecord + static_cast<std::uint32_t>(i));
+        }
         ++resources.counters.drawCalls;
         const std::uint32_t primitives = draw.indexCount / indicesPer(draw.primitive);
         if (surface) resources.counters.triangles += primitives;

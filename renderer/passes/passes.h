@@ -43,6 +43,7 @@ struct PassResources {
     Supersampler supersampler;
     DrawCounters counters;
     std::vector<InstanceExtent> instances;  // of MeasureInstances and CountLayer
+    bool interrupted = false;               // see isInterrupted()
 };
 
 // A further sample of chosen pixels of a frame: a pass draws in these pixels only, displaced. Its
@@ -56,7 +57,6 @@ struct SampledPixels {
 // For a pass that executes others again.
 struct PassRepeater {
     std::function<void(std::size_t pass, const SampledPixels& sampled)> repeat;
-    std::function<bool()> abandoned;  // whether the frame is no longer wanted
 };
 
 // The pass to execute, its plan and the objects that it reads.
@@ -78,10 +78,14 @@ struct PassInput {
     const gl::Framebuffer* recording = nullptr;  // draws into the target and into records of rays
     const SampledPixels* sampled = nullptr;      // null: all pixels, undisplaced
     const PassRepeater* repeater = nullptr;      // of Supersampling
+    std::function<bool()> abandoned = {};        // whether the frame is no longer needed
 
     const Target& target() const { return *targets[pass.target]; }
     const Target& read(TargetId id) const { return *targets[id]; }
 };
+
+// Whether the frame is no longer needed: then the pass returns, and no other one is executed.
+bool isInterrupted(PassResources& resources, const PassInput& input);
 
 void execute(PassResources& resources, const PassInput& input, const PrefilterMap& work);
 void execute(PassResources& resources, const PassInput& input, const PrefilterCube& work);

@@ -64,7 +64,7 @@ void execute(PassResources& resources, const PassInput& input, const Supersampli
             if (supersampler.isDone()) break;
         }
         for (const auto& [pass, part] : work.passes) {
-            if (input.repeater->abandoned && input.repeater->abandoned()) return;
+            if (isInterrupted(resources, input)) return;
             const auto& [origin, scale, chosen] = work.parts[part];
             input.repeater->repeat(
                 pass,

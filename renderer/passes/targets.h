@@ -4,7 +4,8 @@
 
 #include "display/display.h"
 #include "gl/texture.h"
-#include "plan/planner.h"
+#include "plan/graph/frame_context.h"
+#include "plan/graph/target.h"
 
 #include <map>
 #include <memory>

@@ -42,6 +42,9 @@ std::string failureMessage(const std::exception& error) {
 
 // A frame of a job may take long.
 constexpr std::chrono::seconds kFramePatience{300};
+// Time on a frame of a job while clients wait, and how often it may take longer.
+constexpr std::chrono::seconds kMaxWhileOthersWait{5};
+constexpr int kMaxInterruptions = 4;
 constexpr std::chrono::milliseconds kRetryInterval{200};
 
 }  // namespace
@@ -259,16 +262,17 @@ std::shared_ptr<const ReferenceRender> traceReference(EnvironmentLibrary& enviro
         ReferenceRender{*std::move(image), millisecondsSince(start)});
 }
 
-DrawnFrame drawTimed(Renderer& renderer, const FrameRequest& request) {
+DrawnFrame drawTimed(Renderer& renderer, const FrameRequest& request,
+                     const std::function<bool()>& abandoned) {
     const auto start = Clock::now();
-    Frame frame = renderer.render(request);
+    Frame frame = renderer.render(request, Readback::picture, abandoned);
     return {std::move(frame.image), millisecondsSince(start), std::move(frame.plan)};
 }
 
 DrawnFrame drawInQueue(const JobResources& resources, const FrameRequest& request,
                        const JobControl& control) {
-    const auto cancelled = [&] { return !control.proceed(0.0); };
-    for (;;) {
+    const auto cancelled = [control] { return !control.proceed(0.0); };
+    for (int interruptions = 0;;) {
         if (cancelled()) throw JobCancelled{};
         try {
             const auto scene = resources.library.require(request.scene);
@@ -280,9 +284,19 @@ DrawnFrame drawInQueue(const JobResources& resources, const FrameRequest& reques
                 if (light.wait) light.wait(cancelled);
                 if (cancelled()) throw JobCancelled{};
             }
-            return resources.queue.run(kFramePatience, [request](Renderer& renderer) {
-                return drawTimed(renderer, request);
-            });
+            return resources.queue.run(
+                kFramePatience, [request, cancelled, &queue = resources.queue](Renderer& renderer) {
+                    const auto end = Clock::now() + kMaxWhileOthersWait;
+                    return drawTimed(renderer, request, [&] {
+                        return cancelled() || (Clock::now() > end && queue.hasWaiting());
+                    });
+                });
+        } catch (const FrameAbandoned&) {
+            if (cancelled()) throw JobCancelled{};
+            if (++interruptions == kMaxInterruptions) {
+                throw RequestError(
+                    tooLongForJob(std::chrono::duration<double>(kMaxWhileOthersWait).count()));
+            }
         } catch (const RequestError& error) {
             const ProblemCode code = error.problem().code;
             if (code != ProblemCode::queueFull && code != ProblemCode::stillLoading) throw;

@@ -140,10 +140,12 @@ std::shared_ptr<const ReferenceRender> traceReference(EnvironmentLibrary& enviro
                                                       const std::function<bool(double)>& progress);
 
 // On the thread that owns the renderer.
-DrawnFrame drawTimed(Renderer& renderer, const FrameRequest& request);
+DrawnFrame drawTimed(Renderer& renderer, const FrameRequest& request,
+                     const std::function<bool()>& abandoned = {});
 
-// Waits for its turn in the queue, where clients' frames can come between two frames of a job.
-// Throws JobCancelled.
+// Waits for its turn in the queue, where clients' frames can come between two frames of a job. A
+// frame that takes long is abandoned when clients wait, and repeated after them.
+// Throws JobCancelled, and RequestError if the frame was abandoned several times.
 DrawnFrame drawInQueue(const JobResources& resources, const FrameRequest& request,
                        const JobControl& control);
 

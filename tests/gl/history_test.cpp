@@ -244,5 +244,41 @@ TEST_F(History, AnAbandonedFrameLeavesNoTrace) {
     EXPECT_GT(asked, 0u);
 }
 
+// A single draw may fill the picture many times.
+TEST_F(History, AFrameEndsWithinALongPass) {
+    if (!renderer().identity().software) GTEST_SKIP() << "hardware drivers draw it quickly";
+    Scene scene;
+    MeshDraft draft{.name = "layers", .hasNormals = true};
+    draft.material =
+        addMaterial(scene, {.baseColor = {0.5f, 0.2f, 0.1f, 0.1f}, .alphaMode = AlphaMode::blend});
+    constexpr int kLayers = 300;
+    for (int i = 0; i < kLayers; ++i) {
+        const auto first = static_cast<std::uint32_t>(draft.vertices.size());
+        for (const glm::vec2 at : {glm::vec2(-4, -4), glm::vec2(4, -4), glm::vec2(0, 8)}) {
+            draft.vertices.push_back(
+                {.position = glm::vec3(at, -0.001f * static_cast<float>(i)), .normal = {0, 0, 1}});
+        }
+        for (std::uint32_t k = 0; k < 3; ++k) draft.indices.push_back(first + k);
+    }
+    place(scene, draft, glm::dmat4(1.0));
+    FrameRequest r = request(std::move(scene), "history of a long pass", {0, 0, 2});
+    r.width = r.height = 512;
+    const Frame whole = renderer().render(r);  // also makes maps
+    std::size_t asked = 0;
+    const Frame inParts = renderer().render(r, Readback::picture, [&] {
+        ++asked;
+        return false;
+    });
+    EXPECT_GT(asked, inParts.plan.passes.size()) << "also within a pass";
+    EXPECT_TRUE(sameBytes(inParts.image, whole.image));
+    for (std::size_t last = 0; last < asked; ++last) {
+        std::size_t begun = 0;
+        EXPECT_THROW(renderer().render(r, Readback::picture, [&] { return begun++ == last; }),
+                     FrameAbandoned);
+        EXPECT_EQ(begun, last + 1);
+    }
+    EXPECT_TRUE(sameBytes(renderer().render(r).image, whole.image));
+}
+
 }  // namespace
 }  // namespace clerestory::test
