@@ -25,7 +25,7 @@ struct LightOptions {
 };
 
 struct LightState {
-    bool wanted = false;  // by the request, in a scene that calls for it
+    bool wanted = false;  // requested, for a scene that has such light
     bool complete = false;
     std::uint32_t revision = 0;  // of what a frame would show now; 0: none yet
     double share = 0.0;          // computed, 0..1

@@ -164,8 +164,8 @@ public:
     // doubles the time. Throws InvalidRequest as plan() does and if the plan exceeds
     // RendererOptions::maxShadedSamples, before anything is drawn; RenderFailed if the driver
     // fails.
-    // `abandoned` is called before each pass; once it returns true the frame ends with
-    // FrameAbandoned, and later frames are not affected.
+    // `abandoned` is called before each pass and within long ones; once it returns true the frame
+    // ends with FrameAbandoned, and later frames are not affected.
     Frame render(const FrameRequest& request, Readback readback = Readback::picture,
                  const std::function<bool()>& abandoned = {});
 
@@ -204,7 +204,7 @@ public:
     // Compiles the programs of these frames in advance by drawing them into small targets, in steps
     // between which frames can be drawn:
     //
-    //     WarmUp warmUp = renderer.beginWarmUp(firstFramesOf("chapel"));
+    //     WarmUp warmUp = renderer.beginWarmUp(firstFramesOf(scene));
     //     while (renderer.advance(warmUp)) {}
     //
     // Throws InvalidRequest as plan() does.

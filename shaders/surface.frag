@@ -12,7 +12,7 @@
 #if SHADES_GLASS || TRACES_RAYS
 #include "include/glass.glsl"
 #endif
-#define SCATTERS_LAMPS (SHADES_GLASS || (TRACES_RAYS && !RECORDS_RAYS))
+#define SCATTERS_LIGHTS (SHADES_GLASS || (TRACES_RAYS && !RECORDS_RAYS))
 #include "include/shadow.glsl"
 #include "include/lighting.glsl"
 #if TRACES_RAYS
@@ -48,17 +48,17 @@ Surface coveredByPixel(Surface s) {
     return s;
 }
 
-vec3 lampsOn(Surface s, vec3 position) {
+vec3 punctualLightOn(Surface s, vec3 position) {
     if (viewHas(VIEW_SUN_ONLY)) return sunLight(s, position, HARMONIC_ROWS);
-    const int first = int((uint(VIEW) >> VIEW_LAMPS_SHIFT) & VIEW_LAMPS_MASK);
-    if (first > 0) return firstLampsLight(s, position, first);
-    return lampsLight(s, position, int(drawNumbers.x), int(drawNumbers.y));
+    const int first = int((uint(VIEW) >> VIEW_LIGHTS_SHIFT) & VIEW_LIGHTS_MASK);
+    if (first > 0) return firstPunctualLights(s, position, first);
+    return punctualLights(s, position, int(drawNumbers.x), int(drawNumbers.y));
 }
 
-vec3 lampsAt(Surface s) {
+vec3 punctualLightAt(Surface s) {
     if (!has(FEATURE_LIGHTS)) return vec3(0.0f);
     if (!has(FEATURE_WIDE_LOBE) || layered(LAYER_CLEARCOAT)) s = coveredByPixel(s);
-    return lampsOn(s, positionEye);
+    return punctualLightOn(s, positionEye);
 }
 
 // Of a shell, whose walls are drawn apart; see drawNumbers.
@@ -103,7 +103,7 @@ Surface surfaceSeen(MaterialPoint m) {
         SurfaceLight light =
             SurfaceLight(lightIrradiance, lightTurned, lightVisible, lightNearby, lightSides,
                          viewHas(VIEW_EMITTERS) ? lightEmitted : vec3(0.0f),
-                         viewHas(VIEW_EMITTERS) ? lightEmittedFlux : vec3(0.0f));
+                         viewHas(VIEW_EMITTERS) ? lightEmittedFlux : vec3(0.0f), vec3(0.0f));
         s.light = lightOnSide(light, gl_FrontFacing, s.normal);
     }
     return s;
@@ -118,13 +118,13 @@ vec3 shaded(inout MaterialPoint m) {
     float occlusion = viewHas(VIEW_SURFACE_LIGHT) ? 1.0f : m.occlusion;
     // Pictures and rays contain the occlusion that an occlusion texture approximates.
     const uint kLooked = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_TRACED_REFLECTION;
-    vec3 lamps = lampsAt(s);
-    if (!has(kLooked)) lamps += emittersLight(s);
+    vec3 punctual = punctualLightAt(s);
+    if (!has(kLooked)) punctual += emittersLight(s);
     if (layered(LAYER_SHEEN | LAYER_CLEARCOAT)) {
-        return lamps + layeredLight(s, mirrored, has(kLooked) ? 1.0f : occlusion, occlusion);
+        return punctual + layeredLight(s, mirrored, has(kLooked) ? 1.0f : occlusion, occlusion);
     }
     weighRays(s.reflectance, vec3(0.0f));
-    return lamps + s.reflectance * mirrored * (has(kLooked) ? 1.0f : occlusion) +
+    return punctual + s.reflectance * mirrored * (has(kLooked) ? 1.0f : occlusion) +
            occlusion * diffuseLight(s);
 }
 

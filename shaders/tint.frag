@@ -1,4 +1,4 @@
-// Transmittance of glass and blended surfaces for a lamp's light, and their depth as seen from the lamp.
+// Transmittance of glass and blended surfaces for a punctual light, and their depth as seen from it.
 #include "include/block_macros.glsl"
 #include "include/features.glsl"
 #define VARYING in

@@ -11,7 +11,7 @@
 #pragma once
 
 #include "image/image.h"
-#include "plan/request/frame_request.h"
+#include "plan/request/tone_map.h"
 
 #include <cstdint>
 #include <span>

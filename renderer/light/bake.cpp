@@ -37,7 +37,7 @@ struct Bake::State {
     void updateGrid();
     void fillBuried();
     void updateRadiosity();
-    glm::vec3 irradianceOf(const RaySums& s) const {  // over pi; without lamps
+    glm::vec3 irradianceOf(const RaySums& s) const {  // over pi; without lights
         return s.direct() + series.scale() * s.bounced();
     }
     float partOfNearby(const RaySums& s) const;
@@ -54,7 +54,7 @@ struct Bake::State {
     Places places;
     // Of both sides of each place: sums, and irradiance of punctual lights over pi.
     std::vector<RaySums> sums[2];
-    std::vector<glm::vec3> lamps[2];
+    std::vector<glm::vec3> punctual[2];
     Radiosity radiosity;  // after a round
     // The point that a point takes its light from if all its places are buried; else itself.
     std::vector<std::uint32_t> source;
@@ -97,13 +97,13 @@ Bake::State::State(BakeInput given, const BakeQuality& q)
     }
     for (int side = 0; side < 2; ++side) {
         sums[side].resize(places.chosen.size());
-        lamps[side].resize(places.chosen.size());
+        punctual[side].resize(places.chosen.size());
         radiosity.sent[side].resize(places.points.size());
     }
 }
 
 // The part of the light of emitters that specular lobes have from all directions: emitters that
-// fill them are no lamps.
+// fill them are no lights.
 float Bake::State::partOfNearby(const RaySums& s) const {
     return std::min(s.emitterShare / std::max(s.emitterCount, 1.0f), 1.0f);
 }
@@ -213,7 +213,7 @@ void Bake::State::updateRadiosity() {
         for (std::uint32_t i = 0; i < places.chosen.size(); ++i) {
             if (buried(i)) continue;
             const double area{places.areas[places.chosen[i]]};
-            direct += area * glm::dvec3(sums[side][i].direct() + lamps[side][i]);
+            direct += area * glm::dvec3(sums[side][i].direct() + punctual[side][i]);
             bounced += area * glm::dvec3(sums[side][i].bounced());
         }
     }
@@ -227,8 +227,8 @@ void Bake::State::updateRadiosity() {
             float weights = 0.0f;
             for (const Places::Part& part : places.partsOf(source[i])) {
                 if (buried(part.place)) continue;
-                sum +=
-                    part.weight * (irradianceOf(sums[side][part.place]) + lamps[side][part.place]);
+                sum += part.weight *
+                       (irradianceOf(sums[side][part.place]) + punctual[side][part.place]);
                 weights += part.weight;
             }
             radiosity.sent[side][i] = weights > 0.0f ? sum / weights : glm::vec3(0.0f);
@@ -278,7 +278,8 @@ void Bake::work(std::uint32_t first, std::uint32_t end) {
     for (std::uint32_t i = first; i < end; ++i) {
         const Receiver& point = s.pointOf(i);
         for (int side = 0; side < (point.twoSided ? 2 : 1); ++side) {
-            if (s.round == 0) s.lamps[side][i] = s.rays.lampsAt(point, side == 0 ? 1.0f : -1.0f);
+            if (s.round == 0)
+                s.punctual[side][i] = s.rays.punctualLightAt(point, side == 0 ? 1.0f : -1.0f);
             s.rays.gather(point, i, side, s.round, s.sums[side][i]);
         }
     }

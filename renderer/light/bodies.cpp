@@ -124,9 +124,9 @@ std::vector<bool> closedBodies(const BakeInput& input, const rays::TriangleTree&
             const bool turned = glm::dot(glm::cross(t.b - t.a, t.c - t.a), faces[i].normal) < 0.0f;
             corners.push_back(turned ? Corners{t.a, t.c, t.b} : Corners{t.a, t.b, t.c});
         }
-        const auto within = [&](const PlacedLight& lamp) {
-            return lamp.kind != LightKind::directional &&
-                   contains(boxes[instance], glm::vec3(lamp.position - origin));
+        const auto within = [&](const PlacedLight& light) {
+            return light.kind != LightKind::directional &&
+                   contains(boxes[instance], glm::vec3(light.position - origin));
         };
         bodies[instance] = closed(corners) && volumeOf(corners) > 0.0 &&
                            std::none_of(input.lights.begin(), input.lights.end(), within) &&

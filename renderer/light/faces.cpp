@@ -24,6 +24,7 @@ std::vector<Face> facesOf(const BakeInput& input, const rays::TriangleTree& tree
         if (mirrored[static_cast<std::size_t>(t.instance)]) face.normal = -face.normal;
         if (const auto middle = tracer.middleOf(i)) {
             face.albedo = middle->albedo;
+            face.through = middle->through;
             face.emitted = middle->emitted;
             face.plain = true;
         }

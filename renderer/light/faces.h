@@ -20,6 +20,7 @@ inline constexpr std::uint8_t kNoMirror = 255;
 struct Face {
     glm::vec3 normal{0.0f};  // world, on the front; any length
     glm::vec3 albedo{0.0f};
+    glm::vec3 through{0.0f};  // of the light of the other side, as rays::SurfaceHit
     glm::vec3 emitted{0.0f};
     float density = 0.0f;  // of rays towards emitters, per square metre
     bool plain = false;

@@ -13,15 +13,15 @@ namespace clerestory::light {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr std::uint32_t kLampRays = 12;  // to a lamp with a radius
-constexpr std::size_t kMaxImages = 32;   // of lamps in mirrors
+constexpr std::uint32_t kLightRays = 12;  // to a light with a radius
+constexpr std::size_t kMaxImages = 32;    // of lights in mirrors
 
-std::vector<PlacedLight> strongest(std::vector<PlacedLight> lamps, std::size_t count) {
-    std::stable_sort(lamps.begin(), lamps.end(), [](const PlacedLight& a, const PlacedLight& b) {
+std::vector<PlacedLight> strongest(std::vector<PlacedLight> lights, std::size_t count) {
+    std::stable_sort(lights.begin(), lights.end(), [](const PlacedLight& a, const PlacedLight& b) {
         return luminance(a.intensity) > luminance(b.intensity);
     });
-    if (lamps.size() > count) lamps.resize(count);
-    return lamps;
+    if (lights.size() > count) lights.resize(count);
+    return lights;
 }
 
 // All sides can be hit: rays that begin inside a body must notice it.
@@ -76,9 +76,9 @@ LightRays::LightRays(const BakeInput& input, const BakeQuality& quality)
     }
     emitters_ = emittersOf(input, tree_, faces_);
     mirrors_ = mirrorsOf(input, tree_, faces_, triangles_.origin);
-    lamps_ = input.lights;
-    for (PlacedLight& lamp : lamps_) lamp.position -= triangles_.origin;
-    if (!mirrors_.empty()) mirroredLamps_ = strongest(lamps_, kMaxImages / mirrors_.size());
+    lights_ = input.lights;
+    for (PlacedLight& light : lights_) light.position -= triangles_.origin;
+    if (!mirrors_.empty()) mirroredLights_ = strongest(lights_, kMaxImages / mirrors_.size());
 }
 
 // A direction with the map's axes, in those of the world.
@@ -99,16 +99,16 @@ float LightRays::clearanceAbove(const Receiver& point) const {
                                                       : std::numeric_limits<float>::infinity();
 }
 
-// Visible fraction of a lamp's light. along: to its centre, axes of the map; distance: to it,
+// Visible fraction of a punctual light. along: to its centre, axes of the map; distance: to it,
 // metres.
-glm::vec3 LightRays::shareOf(const PlacedLight& lamp, const glm::vec3& start,
+glm::vec3 LightRays::shareOf(const PlacedLight& source, const glm::vec3& start,
                              const glm::vec3& along, float distance) const {
-    const bool soft = lamp.radius > 0.0f;
-    const float reach = lamp.kind == LightKind::directional ? 1.0f : distance;
+    const bool soft = source.radius > 0.0f;
+    const float reach = source.kind == LightKind::directional ? 1.0f : distance;
     glm::vec3 x, y, sum(0.0f);
     axesAbout(along, x, y);
-    for (std::uint32_t i = 0; i < (soft ? kLampRays : 1u); ++i) {
-        const float radius = lamp.radius * std::sqrt(static_cast<float>(i) / kLampRays);
+    for (std::uint32_t i = 0; i < (soft ? kLightRays : 1u); ++i) {
+        const float radius = source.radius * std::sqrt(static_cast<float>(i) / kLightRays);
         const float turn = kGoldenAngle * static_cast<float>(i);
         const glm::vec3 way = glm::normalize(along * reach + x * (radius * std::cos(turn)) +
                                              y * (radius * std::sin(turn)));
@@ -123,25 +123,25 @@ glm::vec3 LightRays::shareOf(const PlacedLight& lamp, const glm::vec3& start,
             if (!hit.met) sum += hit.share;
         }
     }
-    return soft ? sum / static_cast<float>(kLampRays) : sum;
+    return soft ? sum / static_cast<float>(kLightRays) : sum;
 }
 
-LightRays::Arriving LightRays::arriving(const PlacedLight& lamp, const glm::vec3& at) const {
-    glm::vec3 towards(lamp.toLight);
+LightRays::Arriving LightRays::arriving(const PlacedLight& source, const glm::vec3& at) const {
+    glm::vec3 towards(source.toLight);
     Arriving light{.perSquareMetre = 1.0f};
-    if (lamp.kind != LightKind::directional) {
-        const glm::vec3 way = glm::vec3(lamp.position) - at;
+    if (source.kind != LightKind::directional) {
+        const glm::vec3 way = glm::vec3(source.position) - at;
         light.distance = std::max(glm::length(way), 1e-6f);
         towards = way / light.distance;
         light.perSquareMetre = 1.0f / std::max(light.distance * light.distance, 1e-4f);
-        if (lamp.range > 0.0f) {
-            const float r = std::min(light.distance / lamp.range, 1.0f);
+        if (source.range > 0.0f) {
+            const float r = std::min(light.distance / source.range, 1.0f);
             light.perSquareMetre *= 1.0f - r * r * r * r;
         }
-        if (lamp.kind == LightKind::spot) {
-            const float width = std::max(lamp.cosInner - lamp.cosOuter, 1e-3f);
-            const float in =
-                std::clamp((glm::dot(lamp.toLight, towards) - lamp.cosOuter) / width, 0.0f, 1.0f);
+        if (source.kind == LightKind::spot) {
+            const float width = std::max(source.cosInner - source.cosOuter, 1e-3f);
+            const float in = std::clamp(
+                (glm::dot(source.toLight, towards) - source.cosOuter) / width, 0.0f, 1.0f);
             light.perSquareMetre *= in * in;
         }
     }
@@ -149,15 +149,15 @@ LightRays::Arriving LightRays::arriving(const PlacedLight& lamp, const glm::vec3
     return light;
 }
 
-glm::vec3 LightRays::lampsAt(const Receiver& point, float side) const {
+glm::vec3 LightRays::punctualLightAt(const Receiver& point, float side) const {
     glm::vec3 sum(0.0f);
     const glm::vec3 start = startOf(point, side);
-    for (const PlacedLight& lamp : lamps_) {
-        const Arriving light = arriving(lamp, start);
+    for (const PlacedLight& source : lights_) {
+        const Arriving light = arriving(source, start);
         const float cosine = side * glm::dot(point.normal, light.along);
         if (!(cosine > 0.0f) || !(light.perSquareMetre > 0.0f)) continue;
-        const glm::vec3 share = shareOf(lamp, start, light.along, light.distance);
-        sum += lamp.intensity * share * (light.perSquareMetre * cosine / kPi);
+        const glm::vec3 share = shareOf(source, start, light.along, light.distance);
+        sum += source.intensity * share * (light.perSquareMetre * cosine / kPi);
     }
     return sum;
 }
@@ -166,25 +166,26 @@ glm::vec3 LightRays::lampsAt(const Receiver& point, float side) const {
 // that faces it.
 template <class Arrives, class Add>
 void LightRays::eachThrown(const glm::vec3& start, const Arrives& arrives, const Add& add) const {
-    for (const PlacedLight& lamp : mirroredLamps_) {
+    for (const PlacedLight& source : mirroredLights_) {
         for (std::size_t k = 0; k < mirrors_.size(); ++k) {
-            if (!mirrors_[k].shows(lamp, glm::dvec3(start))) continue;
-            const Arriving light = arriving(mirrors_[k].imageOf(lamp), start);
+            if (!mirrors_[k].shows(source, glm::dvec3(start))) continue;
+            const Arriving light = arriving(mirrors_[k].imageOf(source), start);
             if (!(light.perSquareMetre > 0.0f) || !arrives(light.along)) continue;
             const glm::vec3 world = inWorld(light.along);
             rays::TriangleHit hit;
-            if (!tree_.nearestHit(&start.x, &world.x, hit) || faces_[hit.place].mirror != k) {
+            if (!tree_.nearestHit(&start.x, &world.x, hit) || faces_[hit.triangle].mirror != k) {
                 continue;
             }
-            const Bounce bounce = bounceAt(faces_[hit.place], start + hit.distance * world, world);
+            const Bounce bounce =
+                bounceAt(faces_[hit.triangle], start + hit.distance * world, world);
             const glm::vec3 share =
-                shareOf(lamp, bounce.start, bounce.along, light.distance - hit.distance);
-            add(light.along, lamp.intensity * bounce.share * share * light.perSquareMetre);
+                shareOf(source, bounce.start, bounce.along, light.distance - hit.distance);
+            add(light.along, source.intensity * bounce.share * share * light.perSquareMetre);
         }
     }
 }
 
-// Of lamps that flat mirrors show to a place, as often as rays with the density of cosines.
+// Of lights that flat mirrors show to a place, as often as rays with the density of cosines.
 void LightRays::addThrown(const Receiver& point, float side, RaySums& sum) const {
     const auto cosineOf = [&](const glm::vec3& along) {
         return side * glm::dot(point.normal, along);
@@ -237,7 +238,7 @@ float LightRays::randomWeight(float cosine, float facing, float distance, float 
 }
 
 const Face* LightRays::plainFace(const rays::TriangleHit& hit, const glm::vec3& world) const {
-    const Face& face = faces_[hit.place];
+    const Face& face = faces_[hit.triangle];
     const bool front = glm::dot(face.normal, world) < 0.0f;
     return face.plain && (front || face.twoSided) ? &face : nullptr;
 }
@@ -256,7 +257,7 @@ LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along, 
         if (face->mirror != kNoMirror && mirrors > 0) {
             return lookInMirror(*face, start + hit.distance * world, world, mirrors - 1);
         }
-        const BvhTriangle& t = tree_.triangle(hit.place);
+        const BvhTriangle& t = tree_.triangle(hit.triangle);
         const std::uint32_t* corners =
             &input_.scene->indices[3 * static_cast<std::size_t>(t.triangle)];
         const float weights[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
@@ -264,6 +265,11 @@ LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along, 
         seen.light =
             face->albedo * radiosity_->sentFrom(*places_, static_cast<std::uint32_t>(t.instance),
                                                 corners, weights, -along);
+        if (face->twoSided && face->through != glm::vec3(0.0f)) {
+            seen.light += face->through *
+                          radiosity_->sentFrom(*places_, static_cast<std::uint32_t>(t.instance),
+                                               corners, weights, along);
+        }
         if (face->density > 0.0f) {
             const float facing = std::abs(glm::dot(face->normal, world)) /
                                  std::max(glm::length(face->normal), 1e-30f);

@@ -57,7 +57,7 @@ public:
     // See PlacesInput.
     float clearanceAbove(const Receiver& point) const;
     // Irradiance over pi of the punctual lights. side: 1 or -1.
-    glm::vec3 lampsAt(const Receiver& point, float side) const;
+    glm::vec3 punctualLightAt(const Receiver& point, float side) const;
     // Adds a round of rays: with the density of cosines, towards emitters, and under an uneven map
     // with the density of its light. place: its number, from which the rays follow.
     void gather(const Receiver& point, std::uint32_t place, int side, std::uint32_t round,
@@ -90,17 +90,17 @@ private:
     Bounce bounceAt(const Face& face, const glm::vec3& at, const glm::vec3& world) const;
     Seen lookInMirror(const Face& face, const glm::vec3& at, const glm::vec3& world,
                       int mirrors) const;
-    // Light of a lamp that arrives without shadows, and where from.
+    // Irradiance by a punctual light without shadows, and where it comes from.
     struct Arriving {
         glm::vec3 along{0.0f};  // axes of the map
         float distance = 1e30f, perSquareMetre = 0.0f;
     };
-    Arriving arriving(const PlacedLight& lamp, const glm::vec3& at) const;
+    Arriving arriving(const PlacedLight& source, const glm::vec3& at) const;
     // The face of a hit, if the ray can meet nothing else; null if it may pass the face, which
     // PathTracer::surfaceAlong() finds out. world: the ray's direction, axes of the world.
     const Face* plainFace(const rays::TriangleHit& hit, const glm::vec3& world) const;
     float randomWeight(float cosine, float facing, float distance, float density) const;
-    glm::vec3 shareOf(const PlacedLight& lamp, const glm::vec3& start, const glm::vec3& along,
+    glm::vec3 shareOf(const PlacedLight& source, const glm::vec3& start, const glm::vec3& along,
                       float distance) const;
     glm::vec3 inWorld(const glm::vec3& direction) const;
     glm::vec3 startOf(const Receiver& point, float side) const;
@@ -121,7 +121,7 @@ private:
     float offset_ = 0.0f;  // of ray starts, metres
     std::vector<Face> faces_;
     // Relative to the origin.
-    std::vector<PlacedLight> lamps_, mirroredLamps_;
+    std::vector<PlacedLight> lights_, mirroredLights_;
     std::vector<FlatMirror> mirrors_;
     std::vector<Emitter> emitters_;
     const Places* places_ = nullptr;

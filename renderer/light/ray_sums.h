@@ -15,13 +15,13 @@ struct RaySums {
     glm::vec3 open{0.0f};         // radiance of the environment that arrives
     glm::vec3 hidden{0.0f};       // and that does not
     glm::vec3 wholeSky{0.0f};     // irradiance over pi if nothing hid it
-    glm::vec3 emittersMet{0.0f};  // of emitters that rays met, weighted, and of lamps in mirrors
+    glm::vec3 emittersMet{0.0f};  // of emitters that rays met, weighted, and of lights in mirrors
     glm::vec3 openFlux{0.0f};     // luminance of both times direction over cosine
     glm::vec3 directions{0.0f};
     float visible = 0.0f;     // share of the environment
     glm::vec3 towards{0.0f};  // that times the direction
     float behind = 0.0f;      // rays that began behind a surface
-    // For specular lobes, as EmittersAtVertex: of emitters that rays met and of lamps in mirrors,
+    // For specular lobes, as EmittersAtVertex: of emitters that rays met and of lights in mirrors,
     // with their flux, and of emitters that rays were sent to.
     glm::vec3 metLight{0.0f}, metFlux{0.0f}, emitterLight{0.0f};
     // Light from other surfaces: later rounds know more of it, so that earlier ones count less.
@@ -37,7 +37,7 @@ struct RaySums {
     void forgetBounces(float factor);
     // Irradiance over pi of the environment.
     glm::vec3 fromSky() const;
-    // From the environment, emitters and lamps in mirrors, and from other surfaces.
+    // From the environment, emitters and lights in mirrors, and from other surfaces.
     glm::vec3 direct() const;
     glm::vec3 bounced() const;
     // The share of the environment by direction, as LightAtVertex::visible.

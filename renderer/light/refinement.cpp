@@ -194,9 +194,9 @@ double smallestWithin(const std::vector<Triangle>& triangles, EdgeLengths edges,
     return high;
 }
 
-// The part of a ceiling that a flat lamp covers is as bright as the lamp, and short triangles
-// across the lamp's edge would show that. box: of the mesh.
-bool isFlatLamp(const Material& material, const Bounds& box) {
+// The part of a ceiling that a flat light covers is as bright as the light, and short triangles
+// across the light's edge would show that. box: of the mesh.
+bool isFlatEmitter(const Material& material, const Bounds& box) {
     const glm::vec3 extent = box.max - box.min;
     const float largest = std::max({extent.x, extent.y, extent.z}),
                 smallest = std::min({extent.x, extent.y, extent.z});
@@ -215,7 +215,7 @@ std::vector<EdgeLengths::Body> smallBodies(const Scene& scene, const Pose& pose,
         for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
             box.add(scene.clusters[mesh.firstCluster + c].bounds);
         }
-        if (isFlatLamp(scene.materials[instance.material], box)) continue;
+        if (isFlatEmitter(scene.materials[instance.material], box)) continue;
         box = transformed(box, pose.worldFromNode[instance.node]);
         const double size = box.diagonal();
         if (size > 0.0 && size < kSmall * common) {

@@ -23,7 +23,7 @@ public:
     // density of cosines find.
     glm::vec3 irradiance(const glm::vec3& normal) const { return rgb(irradiance_, normal); }
 
-    // Whether windows or lamps in the map give a large part of its light, which rays with the
+    // Whether windows or lights in the map give a large part of its light, which rays with the
     // density of cosines rarely find.
     bool uneven() const { return uneven_; }
     // A unit direction with about the density of the light. u, v: in [0, 1).

@@ -80,9 +80,9 @@ LightGrid gridOver(const Bounds& bounds, std::uint32_t cells) {
     return grid;
 }
 
-LightAtVertex lightAt(const LightGrid& grid, const glm::dvec3& place) {
+LightAtVertex lightAt(const LightGrid& grid, const glm::dvec3& position) {
     const glm::dvec3 last = glm::dvec3(grid.count) - 1.0;
-    const glm::dvec3 at = glm::clamp((place - grid.first) / grid.spacing, glm::dvec3(0.0), last);
+    const glm::dvec3 at = glm::clamp((position - grid.first) / grid.spacing, glm::dvec3(0.0), last);
     const glm::uvec3 low(glm::min(glm::floor(at), glm::max(last - 1.0, 0.0)));
     const glm::dvec3 part = at - glm::dvec3(low);
     LightAtVertex sum{.turned = glm::vec4(0.0f), .visible = glm::vec4(0.0f)};

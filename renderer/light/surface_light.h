@@ -53,9 +53,9 @@ LightAtVertex ofBothSides(const SideLight& front, const SideLight& back, const g
 LightValue packed(const LightAtVertex& light);
 LightAtVertex unpacked(const LightValue& value);
 
-// Light of emissive surfaces and of lamps in flat mirrors, for specular lobes. Emitters that fill a
-// large part of the directions are in `nearby` instead. Of a two-sided surface that of its brighter
-// side.
+// Light of emissive surfaces and of punctual lights in flat mirrors, for specular lobes. Emitters that fill
+// a large part of the directions are in `nearby` instead. Of a two-sided surface that of its
+// brighter side.
 struct EmittersAtVertex {
     glm::vec3 light{0.0f};  // integral of the radiance over directions, over pi
     glm::vec3 flux{0.0f};   // the same of luminance times direction
@@ -91,7 +91,7 @@ struct LightGrid {
 // Centres of about so many equal cells of the bounds.
 LightGrid gridOver(const Bounds& bounds, std::uint32_t cells);
 // Between the eight points around; beyond the grid that of its border. The grid is not empty.
-LightAtVertex lightAt(const LightGrid& grid, const glm::dvec3& place);
+LightAtVertex lightAt(const LightGrid& grid, const glm::dvec3& position);
 
 // A value is a snapshot: light that is computed further is another object with a higher revision.
 struct SurfaceLight {

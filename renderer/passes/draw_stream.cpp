@@ -100,7 +100,8 @@ const DrawStream::InstanceData& DrawStream::instanceData(std::uint32_t instance)
 }
 
 std::uint32_t DrawStream::firstLight(const std::vector<std::uint8_t>& list) {
-    // A hit without lamps reads the rows of the first lamp all the same; see lampsAtHit().
+    // A hit without lights reads the rows of the first light all the same; see
+    // punctualLightAtHit().
     if (list.empty()) return 0;
     const auto [it, isNew] = lists_.try_emplace(
         list, static_cast<std::uint32_t>((lightData_.size() - HARMONIC_ROWS) / LIGHT_ROWS));

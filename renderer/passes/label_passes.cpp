@@ -103,7 +103,7 @@ void putLayer(const FramePlan& plan, const FollowLayer& work, const PixelRay& ra
             put(met.normal, out);
             break;
         case Channel::position:
-            put(met.place, out);
+            put(met.position, out);
             break;
         case Channel::albedo:
             put(met.baseColor, out);

@@ -45,13 +45,13 @@ bool LayerRays::hasBumps(Index instance) const {
 
 LayerRays::Met LayerRays::metAt(const PixelView& pixel) const {
     const PixelRay& ray = pixel.ray;
-    Met met{.point = pixel.seen, .place = positionOf(scene_, pose_, pixel.seen)};
+    Met met{.point = pixel.seen, .position = positionOf(scene_, pose_, pixel.seen)};
     const glm::dvec3 outer = normalOf(scene_, pose_, pixel.seen);
     met.front = glm::dot(outer, ray.direction) < 0.0;
     met.normal = met.bumped = met.front ? outer : -outer;
-    met.length = glm::length(met.place - ray.origin);
+    met.length = glm::length(met.position - ray.origin);
     if (!hasBumps(pixel.seen.instance)) return met;
-    const glm::vec3 start(offset(relative(met.place), met.normal));
+    const glm::vec3 start(offset(relative(met.position), met.normal));
     const auto hit = tracer_.pointAlong(start, glm::vec3(glm::normalize(ray.direction)),
                                         static_cast<float>(pixel.spread * met.length),
                                         static_cast<float>(pixel.spread));
@@ -62,20 +62,20 @@ LayerRays::Met LayerRays::metAt(const PixelView& pixel) const {
 std::optional<LayerRays::Met> LayerRays::next(const Met& from, const glm::dvec3& direction,
                                               double spread) const {
     const double side = glm::dot(direction, from.normal) < 0.0 ? -1.0 : 1.0;
-    const glm::dvec3 start = offset(relative(from.place), side * from.normal);
+    const glm::dvec3 start = offset(relative(from.position), side * from.normal);
     const auto hit =
         tracer_.pointAlong(glm::vec3(start), glm::vec3(direction),
                            static_cast<float>(spread * from.length), static_cast<float>(spread));
     if (!hit) return std::nullopt;
     // The tree gives the triangle; the point on it is computed in double precision.
-    Met met{
-        .point = pointAlong(scene_, pose_, hit->instance, 3 * hit->triangle, from.place, direction),
-        .front = hit->front,
-        .baseColor = hit->baseColor};
-    met.place = positionOf(scene_, pose_, met.point);
+    Met met{.point = pointAlong(scene_, pose_, hit->instance, 3 * hit->triangle, from.position,
+                                direction),
+            .front = hit->front,
+            .baseColor = hit->baseColor};
+    met.position = positionOf(scene_, pose_, met.point);
     met.normal = (met.front ? 1.0 : -1.0) * normalOf(scene_, pose_, met.point);
     met.bumped = hasBumps(hit->instance) ? glm::dvec3(hit->normal) : met.normal;
-    met.length = from.length + glm::length(met.place - from.place);
+    met.length = from.length + glm::length(met.position - from.position);
     return met;
 }
 
@@ -145,7 +145,7 @@ std::optional<LayerRays::Line> LayerRays::lineFrom(OutputLayer layer, Met here,
         --left;
     }
     if (left > 0) return std::nullopt;
-    return Line{here.place, direction, here.length};
+    return Line{here.position, direction, here.length};
 }
 
 std::optional<LayerRays::Line> LayerRays::lineAfter(OutputLayer layer, const PixelView& pixel,
@@ -156,7 +156,7 @@ std::optional<LayerRays::Line> LayerRays::lineAfter(OutputLayer layer, const Pix
 std::optional<LayerRays::Line> LayerRays::lineAfter(OutputLayer layer, const PixelRay& ray,
                                                     double spread, Index first,
                                                     std::uint32_t faces) const {
-    Met here{.place = ray.origin};
+    Met here{.position = ray.origin};
     const glm::dvec3 direction = glm::normalize(ray.direction);
     for (std::uint32_t passed = 0; passed < kMaxSurfaces; ++passed) {
         const auto met = next(here, direction, spread);

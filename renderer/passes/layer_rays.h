@@ -22,7 +22,7 @@ class LayerRays {
 public:
     struct Met {
         SurfacePoint point;
-        glm::dvec3 place{0.0};  // world
+        glm::dvec3 position{0.0};  // world
         glm::dvec3 normal{
             0.0};  // of the geometry: world, unit, on the side that the ray comes from
         glm::dvec3 bumped{0.0};  // the same with the bumps of a normal map
@@ -81,7 +81,7 @@ private:
     // The direction after a face.
     glm::dvec3 turned(OutputLayer layer, const Met& met, const glm::dvec3& direction) const;
     glm::dvec3 throughGlass(const Met& met, const glm::dvec3& direction) const;
-    glm::dvec3 relative(const glm::dvec3& place) const { return place - origin_; }
+    glm::dvec3 relative(const glm::dvec3& position) const { return position - origin_; }
     bool hasBumps(Index instance) const;
     const Material& materialOf(Index instance) const;
 

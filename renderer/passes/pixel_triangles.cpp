@@ -24,13 +24,14 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) {
 }  // namespace
 
 double PixelTriangle::area() const {
-    return 0.5 * cross(corners[1].place - corners[0].place, corners[2].place - corners[0].place);
+    return 0.5 * cross(corners[1].position - corners[0].position,
+                       corners[2].position - corners[0].position);
 }
 
 double PixelTriangle::innerRadius() const {
     double length = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
-        length += glm::distance(corners[i].place, corners[(i + 1) % 3].place);
+        length += glm::distance(corners[i].position, corners[(i + 1) % 3].position);
     }
     return 2.0 * area() / length;
 }
@@ -43,7 +44,7 @@ std::size_t PixelTriangle::longest() const {
     std::size_t found = 0;
     double most = -1.0;
     for (std::size_t i = 0; i < 3; ++i) {
-        const double length = glm::distance(corners[i].place, corners[(i + 1) % 3].place);
+        const double length = glm::distance(corners[i].position, corners[(i + 1) % 3].position);
         if (length > most) {
             most = length;
             found = i;
@@ -52,34 +53,34 @@ std::size_t PixelTriangle::longest() const {
     return found;
 }
 
-float PixelTriangle::depthAt(const glm::dvec2& place) const {
+float PixelTriangle::depthAt(const glm::dvec2& position) const {
     const std::size_t i = longest();
     const Corner &a = corners[i], &b = corners[(i + 1) % 3];
-    const glm::dvec2 way = b.place - a.place;
+    const glm::dvec2 way = b.position - a.position;
     const double square = glm::dot(way, way);
     if (!(square > 0.0)) return a.depth;
-    const double share = std::clamp(glm::dot(place - a.place, way) / square, 0.0, 1.0);
+    const double share = std::clamp(glm::dot(position - a.position, way) / square, 0.0, 1.0);
     return static_cast<float>(a.depth + share * (b.depth - a.depth));
 }
 
-bool PixelTriangle::contains(const glm::dvec2& place) const {
+bool PixelTriangle::contains(const glm::dvec2& position) const {
     for (std::size_t i = 0; i < 3; ++i) {
-        const glm::dvec2& from = corners[i].place;
-        if (cross(corners[(i + 1) % 3].place - from, place - from) < 0.0) return false;
+        const glm::dvec2& from = corners[i].position;
+        if (cross(corners[(i + 1) % 3].position - from, position - from) < 0.0) return false;
     }
     return true;
 }
 
 double PixelTriangle::shareOf(const glm::dvec2& pixel) const {
     const auto isInside = [&](const Corner& corner) {
-        const glm::dvec2 place = corner.place - pixel;
+        const glm::dvec2 place = corner.position - pixel;
         return place.x >= 0.0 && place.y >= 0.0 && place.x <= 1.0 && place.y <= 1.0;
     };
     if (std::all_of(corners.begin(), corners.end(), isInside)) return area();
     // A triangle that four lines cut has at most seven corners.
     std::array<glm::dvec2, 8> polygon, cut;
     std::size_t count = 3;
-    for (std::size_t i = 0; i < 3; ++i) polygon[i] = corners[i].place - pixel;
+    for (std::size_t i = 0; i < 3; ++i) polygon[i] = corners[i].position - pixel;
     for (const auto& [axis, sign] : {std::pair(0, 1.0), {0, -1.0}, {1, 1.0}, {1, -1.0}}) {
         const auto inside = [axis, sign](const glm::dvec2& p) {
             return sign > 0.0 ? p[axis] : 1.0 - p[axis];
@@ -102,8 +103,8 @@ double PixelTriangle::shareOf(const glm::dvec2& pixel) const {
 std::uint64_t PixelTriangle::placesIn(const glm::dvec2& pixel) const {
     std::uint64_t places = ~std::uint64_t{0};
     for (std::size_t i = 0; i < 3; ++i) {
-        const glm::dvec2& from = corners[i].place;
-        const glm::dvec2 way = corners[(i + 1) % 3].place - from;
+        const glm::dvec2& from = corners[i].position;
+        const glm::dvec2 way = corners[(i + 1) % 3].position - from;
         const double atCorner = cross(way, pixel - from);
         // A place on an edge that two triangles share is in one of them.
         const bool ownsEdge = way.y > 0.0 || (way.y == 0.0 && way.x > 0.0);
@@ -124,7 +125,7 @@ std::pair<double, double> PixelTriangle::columnsBetween(double low, double high)
         right = std::max(right, x);
     };
     for (std::size_t i = 0; i < 3; ++i) {
-        const glm::dvec2 &a = corners[i].place, &b = corners[(i + 1) % 3].place;
+        const glm::dvec2 &a = corners[i].position, &b = corners[(i + 1) % 3].position;
         if (a.y >= low && a.y <= high) add(a.x);
         for (const double y : {low, high}) {
             if ((a.y < y) != (b.y < y)) add(a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y));
@@ -155,9 +156,9 @@ std::variant<PixelTriangles::Seen, PixelTriangles::Absent> PixelTriangles::at(
         const glm::dvec4 clip = clipFromView_ * inView;
         if (!(clip.w > 0.0) || !(clip.z <= clip.w)) return Absent::behindEye;
         PixelTriangle::Corner& corner = seen.triangle.corners[k];
-        corner.place = (0.5 * glm::dvec2(clip) / clip.w + 0.5) * size_;
+        corner.position = (0.5 * glm::dvec2(clip) / clip.w + 0.5) * size_;
         corner.depth = static_cast<float>(-inView.z);
-        if (!std::isfinite(corner.place.x) || !std::isfinite(corner.place.y) ||
+        if (!std::isfinite(corner.position.x) || !std::isfinite(corner.position.y) ||
             !std::isfinite(corner.depth)) {
             return Absent::behindEye;
         }

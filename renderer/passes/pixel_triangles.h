@@ -25,7 +25,7 @@ namespace clerestory {
 
 struct PixelTriangle {
     struct Corner {
-        glm::dvec2 place{0.0};
+        glm::dvec2 position{0.0};
         float depth = 0.0f;
     };
     std::array<Corner, 3> corners;  // counter-clockwise
@@ -34,8 +34,8 @@ struct PixelTriangle {
     double innerRadius() const;              // of the largest circle in it, pixels
     std::pair<float, float> depths() const;  // the least and the greatest one
     // Along the longest edge: a triangle that is narrower than a pixel has no slope to extend.
-    float depthAt(const glm::dvec2& place) const;
-    bool contains(const glm::dvec2& place) const;
+    float depthAt(const glm::dvec2& position) const;
+    bool contains(const glm::dvec2& position) const;
     // Of the pixel with that lower left corner: the fraction that the triangle covers.
     double shareOf(const glm::dvec2& pixel) const;
     // Of 64 places in the pixel with that lower left corner, the same in all pixels: those in the
@@ -46,7 +46,7 @@ struct PixelTriangle {
     template <class Use>
     void eachPixel(std::uint32_t width, std::uint32_t height, const Use& use) const {
         const auto [bottom, top] =
-            std::minmax({corners[0].place.y, corners[1].place.y, corners[2].place.y});
+            std::minmax({corners[0].position.y, corners[1].position.y, corners[2].position.y});
         for (double y = std::max(std::floor(bottom), 0.0); y < std::min<double>(top, height); ++y) {
             const auto [left, right] = columnsBetween(y, y + 1.0);
             for (double x = std::max(std::floor(left), 0.0); x < std::min<double>(right, width);

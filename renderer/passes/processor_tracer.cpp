@@ -150,8 +150,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
                                 const Target* environment, const Target* shadows,
                                 const Target* tints, DrawStream& draws, const gl::Rect& rect,
                                 const light::SurfaceLight* surfaceLight,
-                                std::span<const light::LightValue> movingLight,
-                                std::uint32_t lobePaths) {
+                                std::span<const light::LightValue> movingLight, bool integrated) {
     const View& view = work.view;
     std::span<const std::uint32_t> values, emitters;
     if (surfaceLight) {
@@ -175,7 +174,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
     around.bounces = rays_.bounces;
     around.surfaceLight = values;
     around.emitters = emitters;
-    around.roundLamps = hasRoundLamp(plan.lights);
+    around.roundLights = hasRoundLight(plan.lights);
     around.shadows = shadows != nullptr;
     around.shadowMap = shadows && !rays_.shadowRays ? &shadowMapOf(*shadows, tints) : nullptr;
     around.shadowSamples = shadows ? plan.shadowSamples : 0;
@@ -185,7 +184,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
     rect_ = rect;
     radiance_.assign(std::size_t{rect.width} * rect.height, glm::vec4(0.0f));
     stride_ = work.everyPixel ? 1 : rays_.stride;
-    lobePaths_ = lobePaths;
+    integrated_ = integrated;
 }
 
 const rays::Surroundings& ProcessorTracer::beginLookups(const FramePlan& plan, DrawStream& draws) {
@@ -198,9 +197,10 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
     ways_.resize(radiance_.size());
     starts.readWords(rect_, std::as_writable_bytes(std::span(starts_)));
     ways.readWords(rect_, std::as_writable_bytes(std::span(ways_)));
+    const std::uint32_t lobePaths = list == 0 ? rays_.lobePaths : rays_.glassLobePaths;
     return rays::follow(*surroundings_,
                         {stride_, std::min(stride_, rays_.finest), rays_.contrast,
-                         rays_.contrastBetween, lobePaths_},
+                         rays_.contrastBetween, integrated_ ? 1 : lobePaths},
                         {.kind = list == 0 ? rays::Ray::mirrored : rays::Ray::transmitted,
                          .width = rect_.width,
                          .starts = starts_,

@@ -351,7 +351,7 @@ void execute(PassResources& resources, const PassInput& input, const FollowRays&
         input.plan.shadowMap == kNoTarget ? nullptr : &input.read(input.plan.shadowMap),
         input.plan.shadowTints == kNoTarget ? nullptr : &input.read(input.plan.shadowTints),
         resources.draws, rect, input.surfaceLight, input.movingLight,
-        input.sampled ? 1 : input.plan.rays->lobePaths);  // a lobe is integrated once
+        input.sampled != nullptr);
     // Rays through glass first: they bring more light than those that it mirrors, which may then be
     // coarser.
     for (std::size_t list = work.records.size() / 2; list-- > 0;) {

@@ -54,7 +54,7 @@ FramePlan planOf(const FrameContext& context, const FrameRequest& request,
     plan.environmentIntensity = settings.environmentIntensity;
     plan.curvedSamples = settings.accuracy.curvedSamples;
     const double diagonal = lastingBounds(context.scene, context.pose).diagonal();
-    plan.perMetre = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
+    plan.inverseDiagonal = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
     plan.mapFromWorld = settings.mapFromWorld;
     if (plan.channel == Channel::color) {
         plan.lights =

@@ -84,19 +84,19 @@ void prefetch(const void* data, std::size_t bytes) {
 // part is in another part: each is requested for all rays before the next is read for any.
 void meet(std::span<FirstRay> rays) {
     const auto triangleOf = [](const FirstRay& r) -> const BvhTriangle& {
-        return scene->triangles.tree->triangle(static_cast<std::uint32_t>(r.hit.place));
+        return scene->triangles.tree->triangle(static_cast<std::uint32_t>(r.hit.triangle));
     };
     const auto cornersOf = [&](const FirstRay& r) {
         return scene->indices.data + 3 * static_cast<std::size_t>(triangleOf(r).triangle);
     };
     const auto each = [&](auto&& request) {
         for (const FirstRay& r : rays) {
-            if (r.hit.place >= 0) request(r);
+            if (r.hit.triangle >= 0) request(r);
         }
     };
     for (FirstRay& r : rays) {
         r.hit = nearest(r.start, worldAxes(r.along));
-        if (r.hit.place >= 0) prefetch(&triangleOf(r), sizeof(BvhTriangle));
+        if (r.hit.triangle >= 0) prefetch(&triangleOf(r), sizeof(BvhTriangle));
     }
     each([&](const FirstRay& r) { prefetch(cornersOf(r), 3 * sizeof(std::uint32_t)); });
     each([&](const FirstRay& r) {

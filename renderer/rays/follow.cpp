@@ -53,16 +53,16 @@ struct Paths {
         if (neighbours.count == 0) return false;
         const std::uint32_t surfaces = paths[neighbours.at[0]].surfaces;
         Range range;
-        glm::vec3 place(0.0f);
+        glm::vec3 middle(0.0f);
         for (const std::size_t i : neighbours.all()) {
             if (paths[i].surfaces == 0 || paths[i].surfaces != surfaces) return false;
             range.add(radianceOf(paths[i]));
-            place += startOf(i);
+            middle += startOf(i);
         }
         // The ray starts between those of its neighbours, not at another surface.
-        place = place / static_cast<float>(neighbours.count) - ray.start;
+        const glm::vec3 apart = middle / static_cast<float>(neighbours.count) - ray.start;
         const float reach = reachOf(step, ray);
-        if (glm::dot(place, place) > reach * reach) return false;
+        if (glm::dot(apart, apart) > reach * reach) return false;
         // The environment between them may differ from theirs, and costs no path.
         if (paths[neighbours.at[0]].open()) {
             path = tracer.open(ray, records.kind);
@@ -111,7 +111,7 @@ struct Paths {
         return true;
     }
     glm::vec3 startOf(std::size_t i) const {
-        const float* p = starts[i].place;
+        const float* p = starts[i].position;
         return {p[0], p[1], p[2]};
     }
     static float reachOf(std::uint32_t step, const RecordedRay& ray) {

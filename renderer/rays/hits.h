@@ -17,6 +17,7 @@ struct SurfaceHit {
     float weights[3] = {};           // of the vertices
     glm::vec3 normal{0.0f};          // unit, eye space's axes, towards the ray's start
     glm::vec3 albedo{0.0f};          // share of uniform light that the surface sends back, 0..1
+    glm::vec3 through{0.0f};         // share of it that a sheet transmits diffusely, 0..1
     glm::vec3 emitted{0.0f};         // radiance
     glm::vec3 share{1.0f};           // transmittance of glass and blended surfaces before the hit
 };

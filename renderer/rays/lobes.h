@@ -34,8 +34,10 @@ vec2 numbersOfTurn() {
             fractionOf(u.y + 0.56984029f * static_cast<float>(step))};
 }
 
-bool sharesLobe() {
-    return scatter.count > 1;
+// Paths that share a lobe would show lights as noise; a path along its middle brings their light.
+vec3 lightBehindGlass(vec3 light) {
+    scatteredLight = scatteredLight + light;
+    return scatter.count > 1 ? vec3(0.0f) : light;
 }
 
 // A microfacet normal, sampled from those visible along `along`; the surface's own if a single path

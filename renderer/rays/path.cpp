@@ -35,7 +35,7 @@ shader::Scene sceneOf(const Surroundings& s) {
     scene.viewBits =
         (s.surfaceLight.empty() ? 0u : shader::VIEW_SURFACE_LIGHT) |
         (s.emitters.empty() ? 0u : shader::VIEW_EMITTERS) |
-        (s.roundLamps ? shader::VIEW_ROUND_LAMPS : 0u) | (s.shadows ? shader::VIEW_SHADOWS : 0u) |
+        (s.roundLights ? shader::VIEW_ROUND_LIGHTS : 0u) | (s.shadows ? shader::VIEW_SHADOWS : 0u) |
         (s.shadowSamples > 0 ? shader::VIEW_SHADOWS_SOFT : 0u) |
         (s.shadowMap && !s.shadowMap->tints.empty() ? shader::VIEW_SHADOWS_TINTED : 0u);
     scene.surfaceLight = {s.surfaceLight.data()};
@@ -67,7 +67,7 @@ RecordedRay rayOf(const Start& start, const Way& way) {
     const shader::vec2 redGreen = shader::halves(way.shareRedGreen),
                        blueLobe = shader::halves(way.shareBlueLobe);
     const vec3 along = shader::directionOf(way);
-    return {.start = {start.place[0], start.place[1], start.place[2]},
+    return {.start = {start.position[0], start.position[1], start.position[2]},
             .along = {along.x, along.y, along.z},
             .share = {redGreen.x, redGreen.y, blueLobe.x},
             .width = shader::exp2(cone.y),
@@ -94,12 +94,26 @@ constexpr std::size_t kFirstRays = 32;  // that are traced at once; at least tho
 
 const std::uint32_t kNothingMet = shader::hashOfSurfaces(shader::kNoSurfaces, -1) | 1u;
 
+// Of punctual lights that rough glass scatters, along the middle of a lobe that several paths
+// share; see lightBehindGlass().
+vec3 lightAlongMiddle(const RecordedRay& ray, Ray kind, vec3 toEye) {
+    constexpr std::uint32_t kBoth = shader::FEATURE_LIGHTS | shader::FEATURE_GLASS;
+    if ((shader::scene->features & kBoth) != kBoth) return vec3(0.0f);
+    shader::FirstRay round = shader::roundRayOf(ray, kind, toEye);
+    shader::meet({&round, 1});
+    shader::scatteredLight = vec3(0.0f);
+    shader::Sum others;
+    shader::addPath(others, ray, kind == Ray::transmitted, toEye, round);
+    return shader::radianceFinite(shader::scatteredLight);
+}
+
 // first: the first rays of its paths.
 Path pathOf(const RecordedRay& ray, Ray kind, vec3 toEye, std::span<const shader::FirstRay> first) {
     const bool direct = kind == Ray::transmitted;
     shader::Sum sum;
     for (const shader::FirstRay& one : first) shader::addPath(sum, ray, direct, toEye, one);
-    if (!(sum.weight + sum.openWeight > 1e-3f)) {
+    const bool isEmpty = !(sum.weight + sum.openWeight > 1e-3f);
+    if (isEmpty) {
         sum = {};
         shader::FirstRay round = shader::roundRayOf(ray, kind, toEye);
         shader::meet({&round, 1});
@@ -113,7 +127,10 @@ Path pathOf(const RecordedRay& ray, Ray kind, vec3 toEye, std::span<const shader
                                sum.openWeight / (sum.weight + sum.openWeight));
     }
     const float weight = sum.weight + sum.openWeight;
-    const vec3 mean = (sum.radiance + sum.open) / weight;
+    vec3 mean = (sum.radiance + sum.open) / weight;
+    if (!isEmpty && first.front().scatter.count > 1) {
+        mean = mean + lightAlongMiddle(ray, kind, toEye);
+    }
     return {{mean.x, mean.y, mean.z}, sum.surfaces | 1u, weight / sum.nearness, sum.paths};
 }
 
@@ -191,9 +208,9 @@ std::optional<PointHit> PathTracer::pointAlong(const glm::vec3& start, const glm
                               {width, spread, 0.0f});
 }
 
-std::optional<SurfaceHit> PathTracer::middleOf(std::uint32_t place) const {
+std::optional<SurfaceHit> PathTracer::middleOf(std::uint32_t triangle) const {
     shader::scene = scene_.get();
-    return shader::middleOf(place);
+    return shader::middleOf(triangle);
 }
 
 }  // namespace clerestory::rays

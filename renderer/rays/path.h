@@ -64,7 +64,7 @@ public:
                                        float spread) const;
     // The surface that a ray at normal incidence hits at the middle of a triangle of the tree,
     // averaged over the triangle. Nothing if rays may pass it: holes, blended surfaces, glass.
-    std::optional<SurfaceHit> middleOf(std::uint32_t place) const;
+    std::optional<SurfaceHit> middleOf(std::uint32_t triangle) const;
 
 private:
     struct Scene;

@@ -29,11 +29,11 @@ constexpr float kFarAway = 1e30f;
 // In the place of trace.glsl.
 struct Hit {
     float distance;
-    int place;
+    int triangle;
     vec2 weights;
 };
 Hit hitOf(const TriangleHit& hit) {
-    return {hit.distance, static_cast<int>(hit.place), vec2(hit.u, hit.v)};
+    return {hit.distance, static_cast<int>(hit.triangle), vec2(hit.u, hit.v)};
 }
 Hit nearest(vec3 origin, vec3 direction) {
     TriangleHit hit;
@@ -70,6 +70,8 @@ struct Scatter {
     float narrow = 1.0f;      // a path's share of the width of a lobe
 };
 thread_local Scatter scatter;
+// Light of punctual lights that rough glass has scattered into the present path.
+thread_local vec3 scatteredLight{0.0f};
 
 // Of the present path: its primary (0 red, 1 green, 2 blue), and the first body
 // that it meets whose index depends on that.
@@ -83,8 +85,8 @@ thread_local Dispersion dispersion;
 float iorOfPath(float ior, float amount);
 vec3 facetAt(vec3 normal, vec3 along, float alpha);
 vec3 beyondPane(vec3 along, float lobe);
-bool sharesLobe();
-vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first);
+vec3 lightBehindGlass(vec3 light);
+vec3 shadowAt(vec3 position, vec3 normal, vec3 source, vec3 toLight, float metres, int first);
 uvec4 surfaceLightRow(int value, int row) {
     return row < SURFACE_LIGHT_ROWS
                ? texelFetch(scene->surfaceLight, SURFACE_LIGHT_ROWS * value + row)
@@ -94,7 +96,7 @@ float lobeOfPath(float lobe) {
     return lobe * scatter.narrow;
 }
 
-#define SCATTERS_LAMPS 1
+#define SCATTERS_LIGHTS 1
 #define view (scene->viewBlock)
 #define tracing (scene->tracingBlock)
 #define VARIANT (scene->features)

@@ -99,10 +99,10 @@ inline vec4 texelFetch(Texels table, int i) {
     return {k * t[0], k * t[1], k * t[2], k * t[3]};
 }
 inline vec4 texelFetch(Triangles table, int row) {
-    const auto place =
+    const auto triangle =
         static_cast<std::uint32_t>(row) / static_cast<std::uint32_t>(TRACE_TRIANGLE_ROWS);
-    const auto* rows = reinterpret_cast<const float*>(&table.tree->triangle(place));
-    return texelFetch(Rows{rows}, row - TRACE_TRIANGLE_ROWS * static_cast<int>(place));
+    const auto* rows = reinterpret_cast<const float*>(&table.tree->triangle(triangle));
+    return texelFetch(Rows{rows}, row - TRACE_TRIANGLE_ROWS * static_cast<int>(triangle));
 }
 // Bilinear, clamped to the edge.
 inline vec4 textureLod(Plane plane, vec2 at, float) {

@@ -1,4 +1,4 @@
-// Rays that are not refracted: to lamps, and of light between surfaces. They pass holes, blended
+// Rays that are not refracted: to lights, and of light between surfaces. They pass holes, blended
 // surfaces and glass, which absorb a part of their light. A part of path.cpp.
 #pragma once
 
@@ -13,17 +13,18 @@ SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit, Hit h
 
 // Whether a ray may pass the surface: holes, blended surfaces, glass.
 bool mayPass(const Hit& hit) {
-    const BvhTriangle& t = scene->triangles.tree->triangle(static_cast<std::uint32_t>(hit.place));
-    const int place = TRACE_INSTANCE_ROWS * static_cast<int>(t.instance);
-    const int m = TRACE_MATERIAL_ROWS * static_cast<int>(texelFetch(scene->instances, place).w);
+    const BvhTriangle& t =
+        scene->triangles.tree->triangle(static_cast<std::uint32_t>(hit.triangle));
+    const int row = TRACE_INSTANCE_ROWS * static_cast<int>(t.instance);
+    const int m = TRACE_MATERIAL_ROWS * static_cast<int>(texelFetch(scene->instances, row).w);
     const int flags = static_cast<int>(texelFetch(scene->materials, m + 5).w) |
-                      static_cast<int>(texelFetch(scene->instances, place + 5).w);
+                      static_cast<int>(texelFetch(scene->instances, row + 5).w);
     return (flags & (TRACE_MASK | TRACE_BLEND | TRACE_PANE | TRACE_SOLID)) != 0;
 }
 
-vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres, int first) {
+vec3 shadowAt(vec3 position, vec3 normal, vec3 source, vec3 toLight, float metres, int first) {
     if (scene->shadowMap.map) {
-        return shadowInMap(position, normal, place, toLight, metres, first);
+        return shadowInMap(position, normal, source, toLight, metres, first);
     }
     if (dot(normal, toLight) <= 0.0f) return vec3(1.0f);  // nothing arrives there
     const float limit = metres > 0.0f ? metres * 0.9999f : 1e30f;
@@ -32,13 +33,13 @@ vec3 shadowAt(vec3 position, vec3 normal, vec3 place, vec3 toLight, float metres
     const float reach = max(abs(at.x), max(abs(at.y), abs(at.z)));
     const vec3 start = offsetRayOrigin(at, normal, reach + 5.0f * length(position));
     const Hit hit = nearest(start, worldAxes(toLight));
-    if (hit.place < 0 || hit.distance >= limit) return vec3(1.0f);
+    if (hit.triangle < 0 || hit.distance >= limit) return vec3(1.0f);
     if (!mayPass(hit)) return vec3(0.0f);
     const SurfaceHit met = surfaceAlong(start, toLight, {0.0f, 0.0f, 0.0f}, limit, hit);
     return met.met ? vec3(0.0f) : vec3(met.share.x, met.share.y, met.share.z);
 }
 
-float lampBeforeFarWall(vec3, float) {
+float lightBeforeFarWall(vec3, float) {
     return 1.0f;  // paths tell no near walls
 }
 
@@ -48,8 +49,9 @@ glm::vec3 plain(vec3 v) {
 
 // Fills in what the surface is.
 void describe(const Hit& hit, const HitPoint& p, SurfaceHit& result) {
-    const auto place = static_cast<std::uint32_t>(hit.place);
-    const auto triangle = static_cast<std::size_t>(scene->triangles.tree->triangle(place).triangle);
+    const auto inTree = static_cast<std::uint32_t>(hit.triangle);
+    const auto triangle =
+        static_cast<std::size_t>(scene->triangles.tree->triangle(inTree).triangle);
     for (std::size_t k = 0; k < 3; ++k) {
         result.vertices[k] = scene->indices.data[3 * triangle + k];
     }
@@ -62,20 +64,25 @@ void describe(const Hit& hit, const HitPoint& p, SurfaceHit& result) {
     result.normal = plain(m.normal);
     const vec3 color(m.baseColor.x, m.baseColor.y, m.baseColor.z);
     const vec3 f0 = mix(m.dielectricF0, color, m.metallic);
-    const vec3 diffuse = color * (1.0f - m.metallic);
     const bool unlit = (p.flags & TRACE_UNLIT) != 0;
+    const bool transmits = hitLayered(LAYER_DIFFUSE_TRANSMISSION);
+    const float throughShare = transmits ? m.layers.throughShare : 0.0f;
+    const float below = (1.0f - m.metallic) * (1.0f - maxComponent(f0));
     result.albedo = unlit ? glm::vec3(0.0f)
-                          : plain(clamp(diffuse * (1.0f - maxComponent(f0)) + f0, 0.0f, 1.0f));
+                          : plain(clamp(color * ((1.0f - throughShare) * below) + f0, 0.0f, 1.0f));
+    if (transmits && !unlit) {
+        result.through = plain(clamp(m.layers.through * (throughShare * below), 0.0f, 1.0f));
+    }
     result.emitted = plain(unlit ? color : m.emitted);
 }
 
-std::optional<SurfaceHit> middleOf(std::uint32_t place) {
-    const BvhTriangle& t = scene->triangles.tree->triangle(place);
+std::optional<SurfaceHit> middleOf(std::uint32_t triangle) {
+    const BvhTriangle& t = scene->triangles.tree->triangle(triangle);
     const glm::vec3 face = glm::cross(t.b - t.a, t.c - t.a);
     const float twiceArea = glm::length(face);
     if (!(twiceArea > 0.0f)) return std::nullopt;
     const glm::vec3 n = face / twiceArea;
-    const Hit hit{0.0f, static_cast<int>(place), vec2(1.0f / 3.0f)};
+    const Hit hit{0.0f, static_cast<int>(triangle), vec2(1.0f / 3.0f)};
     const HitPoint p = hitPoint(hit, eyeAxes(vec3(-n.x, -n.y, -n.z)), std::sqrt(twiceArea));
     const int passed = TRACE_MASK | TRACE_BLEND | TRACE_PANE | TRACE_SOLID;
     if ((p.flags & passed) != 0) return std::nullopt;
@@ -96,15 +103,15 @@ bool isAbsent(const HitPoint& p) {
 std::optional<PointHit> pointAlong(vec3 start, vec3 along, RayCone cone) {
     for (int passed = 0; passed < kMaxSurfaces; ++passed) {
         const Hit hit = nearest(start, worldAxes(along));
-        if (hit.place < 0) return std::nullopt;
+        if (hit.triangle < 0) return std::nullopt;
         cone.width += cone.pixel * hit.distance;
         const HitPoint p = hitPoint(hit, along, cone.width);
         if (isAbsent(p)) {
-            start = offsetRayOrigin(p.place, -p.faceNormal, p.reach);
+            start = offsetRayOrigin(p.position, -p.faceNormal, p.reach);
             continue;
         }
         const BvhTriangle& t =
-            scene->triangles.tree->triangle(static_cast<std::uint32_t>(hit.place));
+            scene->triangles.tree->triangle(static_cast<std::uint32_t>(hit.triangle));
         const vec4 color = p.material.baseColor;
         return PointHit{static_cast<std::uint32_t>(p.instance),
                         static_cast<std::uint32_t>(t.triangle), p.front, plain(p.material.normal),
@@ -145,7 +152,7 @@ SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit, Hit h
     float left = limit;
     for (int passed = 0; passed < kMaxSurfaces && maxComponent(share) > 1e-3f; ++passed) {
         if (passed > 0) hit = nearest(start, worldAxes(along));
-        if (hit.place < 0 || hit.distance >= left) {
+        if (hit.triangle < 0 || hit.distance >= left) {
             result.share = plain(share);
             return result;
         }
@@ -160,7 +167,7 @@ SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit, Hit h
         const bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
         if (back && passed == 0) result.begins = false;
         if (isAbsent(p)) {
-            start = offsetRayOrigin(p.place, -p.faceNormal, p.reach);
+            start = offsetRayOrigin(p.position, -p.faceNormal, p.reach);
             continue;
         }
         const bool glass = (p.flags & (TRACE_SOLID | TRACE_PANE)) != 0;
@@ -171,7 +178,7 @@ SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit, Hit h
             const vec3 covered = glass ? throughFace(p, along, clarity) : vec3(0.0f);
             share *= covered * coverage + vec3(1.0f - coverage);
             if (glass && (p.flags & TRACE_SOLID) != 0) medium = leaves ? Medium{} : mediumOf(p);
-            start = offsetRayOrigin(p.place, -p.faceNormal, p.reach);
+            start = offsetRayOrigin(p.position, -p.faceNormal, p.reach);
             continue;
         }
         result.share = plain(share);

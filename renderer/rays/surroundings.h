@@ -43,7 +43,7 @@ struct Surroundings {
     bool shadows = false;                          // surfaces hide lights
     // What the lights see; null: rays that look to the lights find what hides them.
     const ShadowMap* shadowMap = nullptr;
-    bool roundLamps = false;          // a light has a radius
+    bool roundLights = false;         // a light has a radius
     std::uint32_t shadowSamples = 0;  // of the disc of a light that has a radius
     float leastShare = 0.0f;          // of a ray in its pixel, below which it ends
     // Radiance that rays see in the place of the environment if nothing has reflected them.

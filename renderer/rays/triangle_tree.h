@@ -15,8 +15,8 @@ namespace clerestory::rays {
 
 struct TriangleHit {
     float distance;
-    std::uint32_t place;  // index into triangles()
-    float u, v;           // weights of the second and third corner
+    std::uint32_t triangle;  // as triangle() takes it
+    float u, v;              // weights of the second and third corner
 };
 
 // Single-sided triangles are hit from the front only (BvhTriangle::side). All coordinates are
@@ -34,10 +34,10 @@ public:
     void setStill(std::vector<BvhTriangle> triangles);
     void setMoving(std::vector<BvhTriangle> triangles);
 
-    // `place` counts the triangles of both parts, the still ones first.
-    const BvhTriangle& triangle(std::uint32_t place) const {
-        return place < still_.triangles.size() ? still_.triangles[place]
-                                               : moving_.triangles[place - still_.triangles.size()];
+    // An index counts the triangles of both parts, the still ones first.
+    const BvhTriangle& triangle(std::uint32_t index) const {
+        return index < still_.triangles.size() ? still_.triangles[index]
+                                               : moving_.triangles[index - still_.triangles.size()];
     }
     std::size_t stillTriangles() const { return still_.triangles.size(); }
     std::uint64_t bytes() const;

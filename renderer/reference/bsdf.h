@@ -21,7 +21,7 @@ public:
     const glm::dvec3& toEye() const { return v_; }  // local
     double alpha() const { return alpha_; }
     bool isMirror() const;  // the lobe is a delta distribution
-    // Directions of the lobe rarely meet the image of a lamp in a mirror.
+    // Directions of the lobe rarely meet the image of a light in a mirror.
     bool isWide() const { return alpha_ > 0.2; }
     const glm::dvec3& diffuse() const { return diffuse_; }  // albedo of the dielectric part
 

@@ -19,7 +19,7 @@ glm::dvec3 sampleMicrofacet(const glm::dvec3& v, double alpha, int attempt, Samp
 
 }  // namespace
 
-bool scattersLamps(const SurfaceInteraction& point) {
+bool scattersLight(const SurfaceInteraction& point) {
     constexpr double kMinRefraction = 1e-3;
     return point.roughness * point.roughness >= kMinPunctualAlpha &&
            point.material->ior >= 1.0 + kMinRefraction;
@@ -67,7 +67,7 @@ void PathTracer::scatterAtSolid(Path& path, const SurfaceInteraction& point) con
     for (int attempt = 0;; ++attempt) {
         const glm::dvec3 facet = sampleMicrofacet(v, alpha, attempt, path.sampler);
         const double cosine = glm::dot(v, facet);
-        if (!point.front && scattersLamps(point) && !path.glassSampled && attempt < kMaxAttempts) {
+        if (!point.front && scattersLight(point) && !path.glassSampled && attempt < kMaxAttempts) {
             path.radiance +=
                 path.throughput * evalLightsBehind(path, point, frame, v, alpha, eta, true);
         }
@@ -123,7 +123,7 @@ void PathTracer::scatterAtPane(Path& path, const SurfaceInteraction& point) cons
             return;
         }
         const glm::dvec3 inside = refracted(-v, facet, ior);
-        if (scattersLamps(point) && !path.glassSampled && inside.z < 0.0 &&
+        if (scattersLight(point) && !path.glassSampled && inside.z < 0.0 &&
             attempt < kMaxAttempts) {
             path.radiance += path.throughput * pane.transmitted *
                              evalLightsBehind(path, point, frame, -inside, alpha, 1.0 / ior, false);

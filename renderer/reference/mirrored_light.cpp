@@ -23,10 +23,10 @@ glm::dvec3 PathTracer::evalMirroredLights(Path& path, const SurfaceInteraction& 
         double weight = 0.0;
     } chosen;
     double total = 0.0, u = -1.0;
-    for (const PunctualLight& lamp : lighting_.lights) {
+    for (const PunctualLight& source : lighting_.lights) {
         for (const FlatMirror& mirror : geometry_.flatMirrors()) {
-            if (!mirror.shows(lamp, point.position)) continue;
-            const PunctualLight image = mirror.imageOf(lamp);
+            if (!mirror.shows(source, point.position)) continue;
+            const PunctualLight image = mirror.imageOf(source);
             LightSample light = evalLight(image, point.position);
             const double weight =
                 luminance(light.irradiance) * std::max(glm::dot(point.normal, light.toLight), 0.0);
@@ -35,7 +35,7 @@ glm::dvec3 PathTracer::evalMirroredLights(Path& path, const SurfaceInteraction& 
             total += weight;
             const double probability = weight / total;
             if (u < probability) {
-                if (lamp.radius > 0.0) light = towardsDisc(image, light, path.sampler.get2D());
+                if (source.radius > 0.0) light = towardsDisc(image, light, path.sampler.get2D());
                 chosen = {&mirror, light, weight};
                 u /= probability;
             } else {

@@ -66,10 +66,10 @@ private:
         glm::dvec3 throughput{1.0};
         MediumStack media;
         bool fromCamera = true;  // not reflected so far
-        // At the last bounce the light of lamps in flat mirrors was sampled, too.
+        // At the last bounce punctual light from flat mirrors was sampled, too.
         bool mirrorsSampled = false;
-        // At the last opaque surface the light of lamps behind glass was sampled in a wide lobe, as
-        // if the glass was clear.
+        // At the last opaque surface punctual light through glass was sampled in a wide lobe,
+        // as if the glass was clear.
         bool glassSampled = false;
         int primary = -1;  // the only one that is left after dispersion; -1: all
         // Solid-angle density of the last bounce if lights were sampled there as well; 0 if they
@@ -106,7 +106,7 @@ private:
     void scatterInFull(Path& path, const SurfaceInteraction& point, const Bsdf& bsdf) const;
 
     // direct_light.cpp
-    // Which glass lets light through on its way to a lamp.
+    // Which glass lets light through on its way to a light.
     enum class ThroughGlass { none, clear, all };
     // Mode `full` samples one light and traces a shadow ray; mode `effects` adds all lights without
     // shadows.
@@ -149,11 +149,11 @@ private:
     Passage passage(Ray ray, ThroughGlass glass, const Surface* end) const;
 
     // mirrored_light.cpp
-    // Light of lamps that flat mirrors throw on diffuse and wide lobes: a path finds a lamp behind
-    // a mirror only by the width of its highlight. One image of a lamp is sampled.
+    // Punctual light that flat mirrors throw on diffuse and wide lobes: a path finds a light
+    // behind a mirror only by the width of its highlight. One image of a light is sampled.
     glm::dvec3 evalMirroredLights(Path& path, const SurfaceInteraction& point,
                                   const Bsdf& bsdf) const;
-    // Whether evalMirroredLights() has added the light of lamps in this mirror.
+    // Whether evalMirroredLights() has added the punctual light of this mirror.
     bool wasSampled(const Path& path, const SurfaceInteraction& mirror) const;
 
     // Whether the specular lobe at this point is traced through the scene.
@@ -170,9 +170,9 @@ private:
     Emitters emitters_;
 };
 
-// Whether glass scatters the light of lamps on its way through. Through clearer glass, as without
-// any, a lamp is not seen.
-bool scattersLamps(const SurfaceInteraction& point);
+// Whether glass scatters punctual light on its way through. Through clearer glass, as without
+// any, a light is not seen.
+bool scattersLight(const SurfaceInteraction& point);
 
 // Weight of multiple importance sampling (balance heuristic, Veach 1997); pdf: of the strategy that
 // made the sample.

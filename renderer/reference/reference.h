@@ -12,7 +12,7 @@
 #pragma once
 
 #include "image/image.h"
-#include "plan/planner.h"
+#include "plan/graph/frame_context.h"
 #include "plan/request/frame_request.h"
 #include "reference/mode.h"
 #include "scene/environment.h"

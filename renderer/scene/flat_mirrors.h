@@ -1,11 +1,11 @@
-// Flat mirrors as sources of light: each lamp has an image behind them, which lights surfaces as
-// the lamp does, through the mirror.
+// Flat mirrors as sources of light: each light has an image behind them, which lights surfaces as
+// the light does, through the mirror.
 //
 //     for (const FlatMirror& mirror : flatMirrors(scene, pose, materials, surfaces))
-//         if (mirror.shows(lamp, point)) light += irradianceAt(mirror.imageOf(lamp), point);
+//         if (mirror.shows(light, point)) light += irradianceAt(mirror.imageOf(light), point);
 //
-// Pure. Whether the mirror covers the way to the image, and whether anything hides the lamp, is for
-// the caller to find out.
+// Pure. Whether the mirror covers the way to the image, and whether anything hides the light, is
+// for the caller to find out.
 #pragma once
 
 #include "scene/classification.h"
@@ -35,23 +35,23 @@ struct FlatMirror {
     }
 
     // The image of a light that has a kind, a position and a direction toLight, world.
-    template <class PlacedLamp>
-    PlacedLamp imageOf(PlacedLamp lamp) const {
-        lamp.position = mirrored(lamp.position);
-        lamp.toLight = turned(lamp.toLight);
-        return lamp;
+    template <class AnyLight>
+    AnyLight imageOf(AnyLight light) const {
+        light.position = mirrored(light.position);
+        light.toLight = turned(light.toLight);
+        return light;
     }
     // Whether the light and the point are on the same side, where the mirror reflects, and the way
     // from the point to the image passes through the mirror's box.
-    template <class PlacedLamp>
-    bool shows(const PlacedLamp& lamp, const glm::dvec3& point) const {
-        const bool placed = lamp.kind != LightKind::directional;
+    template <class AnyLight>
+    bool shows(const AnyLight& light, const glm::dvec3& point) const {
+        const bool placed = light.kind != LightKind::directional;
         const double height = plane.distance(point);
-        const double above = placed ? plane.distance(lamp.position)
-                                    : glm::dot(plane.normal, glm::dvec3(lamp.toLight));
+        const double above = placed ? plane.distance(light.position)
+                                    : glm::dot(plane.normal, glm::dvec3(light.toLight));
         if (!(height * above > 0.0) || (height < 0.0 && !twoSided)) return false;
         const glm::dvec3 way =
-            placed ? mirrored(lamp.position) - point : turned(glm::dvec3(lamp.toLight));
+            placed ? mirrored(light.position) - point : turned(glm::dvec3(light.toLight));
         const double part = placed ? height / (height + above) : height / above;
         return nearBox(point + part * way);
     }

@@ -85,7 +85,7 @@
 #define SURFACE_LIGHT_ROWS 2
 
 // Texels of the light table: first the nine harmonics as 27 numbers one after another, then so many
-// for each light: its place (or direction), its power, its cone, and where its shadows are: about
+// for each light: its position (or direction), its power, its cone, and where its shadows are: about
 // them, their tile, four rows of the transform to it, and its disc (draw_stream.cpp).
 #define HARMONIC_ROWS 7
 #define LIGHT_ROWS 10

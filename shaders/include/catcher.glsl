@@ -5,18 +5,18 @@ float meanOf(vec3 c) {
     return (c.r + c.g + c.b) / 3.0f;
 }
 
-// Irradiance over pi of the lamps with shadows, and without.
-vec2 lampsOnGround(Surface s, vec3 position, int first, int count) {
+// Irradiance over pi of the lights with shadows, and without.
+vec2 lightsOnGround(Surface s, vec3 position, int first, int count) {
     vec2 sum = vec2(0.0f);
     for (int i = 0; i < count; ++i) {
         int row = HARMONIC_ROWS + (first + i) * LIGHT_ROWS;
-        ArrivingLight lamp = arrivingLight(s, position, row, true);
-        if (lamp.nDotL > 0.0f && lamp.falloff > 0.0f) {
-            vec3 light = lamp.power * (lamp.falloff * lamp.nDotL / kPi);
+        ArrivingLight arriving = arrivingLight(s, position, row, true);
+        if (arriving.nDotL > 0.0f && arriving.falloff > 0.0f) {
+            vec3 light = arriving.power * (arriving.falloff * arriving.nDotL / kPi);
             sum.y += meanOf(light);
             if (viewHas(VIEW_SHADOWS)) {
-                light *= shadowAt(position, s.shadowOffset * s.normal, lamp.place, lamp.toLight,
-                                  lamp.metres, row);
+                light *= shadowAt(position, s.shadowOffset * s.normal, arriving.source, arriving.toLight,
+                                  arriving.metres, row);
             }
             sum.x += meanOf(light);
         }
@@ -48,9 +48,9 @@ vec4 mirroredScene(Surface s, vec3 position) {
 }
 
 // Premultiplied: what is reflected, and what is left of the background.
-vec4 caughtLight(Surface s, vec3 position, int firstLamp, int lamps) {
+vec4 caughtLight(Surface s, vec3 position, int firstLight, int lights) {
     vec2 light = surroundingsOfGround(s);
-    if (has(FEATURE_LIGHTS)) light += lampsOnGround(s, position, firstLamp, lamps);
+    if (has(FEATURE_LIGHTS)) light += lightsOnGround(s, position, firstLight, lights);
     float kept = light.y > 0.0f ? clamp(light.x / light.y, 0.0f, 1.0f) : 1.0f;
     vec4 mirrored = vec4(0.0f);
     if (has(FEATURE_MIRROR)) mirrored = mirroredScene(s, position);

@@ -4,8 +4,8 @@
 // The sky, and whatever is farther than anything in the scene can be from its middle.
 const float kFarShare = 16.0f;
 
-float distanceShare(float metres, float perMetre) {
-    return clamp(metres * perMetre, 0.0f, kFarShare);
+float distanceShare(float metres, float inverseDiagonal) {
+    return clamp(metres * inverseDiagonal, 0.0f, kFarShare);
 }
 
 // Of a picture that is blurred: falls with the distance, so that near things count in a mean with the sky.

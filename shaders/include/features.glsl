@@ -37,19 +37,19 @@ const uint FEATURE_WIDE_LOBE = 1u << 31;  // rough: mirrors harmonics, and only 
 
 // What holds for every draw of a view: bits of VIEW.
 const uint VIEW_ORTHOGRAPHIC = 1u << 0;
-const uint VIEW_SUN_ONLY = 1u << 1;  // the only lamp is directional, the first in the table
-const uint VIEW_LAMPS_SHIFT = 2u;    // two bits: each lit draw has the first 1, 2 or 3 lamps of the
-const uint VIEW_LAMPS_MASK = 3u;     // table, which have neither range nor cone; 0: it has a list
-const uint VIEW_SHADOWS = 1u << 5;      // lamps have shadows
+const uint VIEW_SUN_ONLY = 1u << 1;  // the only light is directional, the first in the table
+const uint VIEW_LIGHTS_SHIFT = 2u;    // two bits: each lit draw has the first 1, 2 or 3 lights of the
+const uint VIEW_LIGHTS_MASK = 3u;     // table, which have neither range nor cone; 0: it has a list
+const uint VIEW_SHADOWS = 1u << 5;      // lights have shadows
 const uint VIEW_SHADOWS_ONE = 1u << 6;  // of one picture each (LightShadow::Kind)
 const uint VIEW_SHADOWS_SIX = 1u << 7;  // of six each
-const uint VIEW_SHADOWS_SOFT = 1u << 8;  // a lamp has a radius
+const uint VIEW_SHADOWS_SOFT = 1u << 8;  // a light has a radius
 const uint VIEW_SHADOWS_TINTED = 1u << 9;  // by glass and blended surfaces
 const uint VIEW_COVERAGE = 1u << 10;  // alpha is the share of a pixel that surfaces cover
 const uint VIEW_SHARED_PROGRAMS = 1u << 11;  // some meshes have no colours; see drawNumbers
 const uint VIEW_SURFACE_LIGHT = 1u << 4;  // vertices have light of their surroundings
 const uint VIEW_EMITTERS = 1u << 12;  // and light of emissive surfaces, for specular lobes
-const uint VIEW_ROUND_LAMPS = 1u << 13;  // a lamp has a radius, so that highlights show its disc
+const uint VIEW_ROUND_LIGHTS = 1u << 13;  // a light has a radius, so that highlights show its disc
 #define viewHas(bit) ((VIEW & (bit)) != 0u)  // a macro as has() is
 
 // Layers of a draw's material and their textures: bits of LAYERS, the upper half of Draw::features.

@@ -1,5 +1,5 @@
 // Glass over a backdrop: the light behind it is read from a copy of the picture drawn so far, at the
-// point where the ray that leaves the glass hits the scene. After reflection.glsl and lampsOn().
+// point where the ray that leaves the glass hits the scene. After reflection.glsl and punctualLightOn().
 
 layout(binding = UNIT_BACKDROP) uniform sampler2D backdrop;
 // Outward normals of the nearest back faces, and their distances; alpha 0 without a back face.
@@ -140,23 +140,23 @@ Glass glassAt(vec3 baseColor) {
 }
 
 // The backdrop of a near wall shows the far one.
-float lampBeforeFarWall(vec3 place, float metres) {
-    vec3 at = projected(place);
+float lightBeforeFarWall(vec3 source, float metres) {
+    vec3 at = projected(source);
     if (!(metres > 0.0f) || at.z <= 0.0f) return 0.0f;
     float far = shareStored(textureLod(backdrop, at.xy, 0.0f).a);
-    return far > view.picture.w * length(place) ? 1.0f : 0.0f;
+    return far > view.picture.w * length(source) ? 1.0f : 0.0f;
 }
 
-// Radiance of the lamps behind rough glass. spread: see glassSpread(). The near wall of a shell, which turns
+// Radiance of the lights behind rough glass. spread: see glassSpread(). The near wall of a shell, which turns
 // rays from the eye before the far one does, blurs the picture of that but not the directions in which it
 // is seen.
 const float kBothWalls = 1.4142136f;
-vec3 lampsBehind(Surface s, vec3 position, Crossing way, float ior, float spread) {
+vec3 lightsBehind(Surface s, vec3 position, Crossing way, float ior, float spread) {
     if (!has(FEATURE_LIGHTS) || s.roughness < kMinRoughness) return vec3(0.0f);
     Surface back = behindPane(s, isFarWall() ? kBothWalls * spread : spread);
     if (has(FEATURE_SOLID)) back = behindBody(s, way.direction, way.path, ior, spread);
     back.inner = has(FEATURE_BACKDROP) && isNearWall();
-    return lampsOn(back, position + way.offset);
+    return punctualLightOn(back, position + way.offset);
 }
 
 // Radiance towards the eye from the environment and the scene.
@@ -240,7 +240,7 @@ GlassLight glassLight(Surface s, vec3 position, Glass g) {
         behind.b = seenThrough(s, blue, position, spread).b;
     }
 #endif
-    behind += lampsBehind(s, position, way, g.ior, spread);
+    behind += lightsBehind(s, position, way, g.ior, spread);
     vec3 mirrored = reflectedRadiance(s, position);
     return GlassLight(mirrored, shares.reflected * mirrored + shares.transmitted * g.tint * behind,
                       shares.reflected, vec3(0.0f));
@@ -269,7 +269,7 @@ GlassLight tracedGlassLight(Surface s, vec3 position, Glass g) {
     if (!inside) shares = underFilm(shares, s.layers, c, fresnel);
     float lobe = glassSpread(s.roughness * s.roughness, c, g.ior);
     GlassRays rays = tracedThrough(s, position, aside, through, lobe);
-    if (!has(FEATURE_SOLID)) rays.through += lampsBehind(s, position, way, g.ior, lobe);
+    if (!has(FEATURE_SOLID)) rays.through += lightsBehind(s, position, way, g.ior, lobe);
     vec3 absorbed = inside ? clear : vec3(1.0f);  // on the way to the eye
     vec3 mirroredShare = absorbed * shares.reflected;
     vec3 throughShare = absorbed * shares.transmitted * (inside ? vec3(1.0f) : g.tint);
@@ -290,5 +290,5 @@ vec3 shadedGlass(MaterialPoint m, Surface s) {
     GlassLight light = has(FEATURE_TRACED_GLASS) ? tracedGlassLight(s, positionEye, g)
                                                  : glassLight(s, positionEye, g);
     weighRays(mix(opaque.reflectance, light.mirroredShare, clear), clear * light.throughShare);
-    return lampsAt(lit) + mix(environmentLight(opaque, light.mirrored), light.clear, clear);
+    return punctualLightAt(lit) + mix(environmentLight(opaque, light.mirrored), light.clear, clear);
 }

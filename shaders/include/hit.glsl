@@ -12,13 +12,13 @@
 struct NormalChange {
     vec3 edgeB, edgeC;  // of the triangle, from its first corner; the longer one has the length 1
     vec3 toB, toC;      // change of the normal along them
-    float perMetre;     // such lengths
+    float inverseEdge;  // 1 / metres of such a length
 };
 
 // Change of the normal per metre along d, a unit vector in the triangle's plane.
 vec3 changeAlong(IN(NormalChange) n, vec3 d) {
     vec3 face = cross(n.edgeB, n.edgeC);
-    float perSquare = n.perMetre / max(dot(face, face), 1e-12f);
+    float perSquare = n.inverseEdge / max(dot(face, face), 1e-12f);
     return (n.toB * dot(cross(d, n.edgeC), face) + n.toC * dot(cross(n.edgeB, d), face)) * perSquare;
 }
 
@@ -27,14 +27,14 @@ float meanChange(IN(NormalChange) n) {
     vec3 face = cross(n.edgeB, n.edgeC);
     float sum = dot(n.toB, n.toB) * dot(n.edgeC, n.edgeC) + dot(n.toC, n.toC) * dot(n.edgeB, n.edgeB) -
                 2.0f * dot(n.toB, n.toC) * dot(n.edgeB, n.edgeC);
-    return sqrt(0.5f * max(sum, 0.0f) / max(dot(face, face), 1e-12f)) * n.perMetre;
+    return sqrt(0.5f * max(sum, 0.0f) / max(dot(face, face), 1e-12f)) * n.inverseEdge;
 }
 
-// All vectors have the axes of eye space; `place` alone is relative to the hierarchy's origin and
+// All vectors have the axes of eye space; `position` alone is relative to the hierarchy's origin and
 // has the world's, as the traversal requires.
 struct HitPoint {
     MaterialPoint material;
-    vec3 place;
+    vec3 position;
     float reach;      // greatest coordinate of the triangle's corners
     NormalChange change;
     float curvature;  // change of the normal per metre, without bumps
@@ -302,10 +302,10 @@ Layers layersAtHit(int m, HitCoordinates uv, float footprint, vec3 normal, vec3 
 // along: the ray's direction, unit. width: of its cone at the hit, metres.
 HitPoint hitPoint(Hit hit, vec3 along, float width) {
     HitPoint p;
-    int triangle = TRACE_TRIANGLE_ROWS * max(hit.place, 0);
-    vec4 a = texelFetch(traceTriangles, triangle);
-    vec4 b = texelFetch(traceTriangles, triangle + 1);
-    vec4 c = texelFetch(traceTriangles, triangle + 2);
+    int triangleRow = TRACE_TRIANGLE_ROWS * max(hit.triangle, 0);
+    vec4 a = texelFetch(traceTriangles, triangleRow);
+    vec4 b = texelFetch(traceTriangles, triangleRow + 1);
+    vec4 c = texelFetch(traceTriangles, triangleRow + 2);
     float wb = hit.weights.x;
     float wc = hit.weights.y;
     float wa = 1.0f - wb - wc;
@@ -313,22 +313,22 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     int vertexA = int(texelFetch(traceIndices, 3 * int(a.w)).x);
     int vertexB = int(texelFetch(traceIndices, 3 * int(a.w) + 1).x);
     int vertexC = int(texelFetch(traceIndices, 3 * int(a.w) + 2).x);
-    int place = TRACE_INSTANCE_ROWS * p.instance;
-    vec4 n0 = texelFetch(traceInstances, place);
-    vec4 n1 = texelFetch(traceInstances, place + 1);
-    vec4 n2 = texelFetch(traceInstances, place + 2);
-    vec4 e0 = texelFetch(traceInstances, place + 3);
-    vec4 e1 = texelFetch(traceInstances, place + 4);
-    vec4 e2 = texelFetch(traceInstances, place + 5);
+    int row = TRACE_INSTANCE_ROWS * p.instance;
+    vec4 n0 = texelFetch(traceInstances, row);
+    vec4 n1 = texelFetch(traceInstances, row + 1);
+    vec4 n2 = texelFetch(traceInstances, row + 2);
+    vec4 e0 = texelFetch(traceInstances, row + 3);
+    vec4 e1 = texelFetch(traceInstances, row + 4);
+    vec4 e2 = texelFetch(traceInstances, row + 5);
     int m = TRACE_MATERIAL_ROWS * int(n0.w);
     if (viewHas(VIEW_SURFACE_LIGHT)) {
-        p.light = lightAtHit(texelFetch(traceInstances, place + 6).x, vertexA, vertexB, vertexC,
+        p.light = lightAtHit(texelFetch(traceInstances, row + 6).x, vertexA, vertexB, vertexC,
                              vec3(wa, wb, wc));
     }
     p.firstLight = int(n1.w);
     p.lights = int(n2.w);
 
-    p.place = a.xyz * wa + b.xyz * wb + c.xyz * wc;
+    p.position = a.xyz * wa + b.xyz * wb + c.xyz * wc;
     vec3 greatest = max(abs(a.xyz), max(abs(b.xyz), abs(c.xyz)));
     p.reach = max(greatest.x, max(greatest.y, greatest.z));
     vec3 face = eyeAxes(cross(b.xyz - a.xyz, c.xyz - a.xyz));
@@ -407,9 +407,9 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     vec3 n = normalA * wa + normalB * wb + normalC * wc;
     vec3 edgeB = eyeAxes(b.xyz - a.xyz);
     vec3 edgeC = eyeAxes(c.xyz - a.xyz);
-    float perMetre = 1.0f / max(max(length(edgeB), length(edgeC)), 1e-30f);
-    p.change = NormalChange(edgeB * perMetre, edgeC * perMetre, normalB - normalA, normalC - normalA,
-                            perMetre);
+    float inverseEdge = 1.0f / max(max(length(edgeB), length(edgeC)), 1e-30f);
+    p.change = NormalChange(edgeB * inverseEdge, edgeC * inverseEdge, normalB - normalA, normalC - normalA,
+                            inverseEdge);
     p.curvature = meanChange(p.change);
     vec3 meshNormal = n;
     vec3 t = vec3(0.0f);

@@ -1,5 +1,5 @@
 // Light that reaches a surface point, and the radiance that the surface sends towards `toEye`: from
-// each lamp, and from the environment as nine harmonics and a cube prefiltered by roughness.
+// each light, and from the environment as nine harmonics and a cube prefiltered by roughness.
 
 #include "include/layers.glsl"
 #include "include/surface_light.glsl"
@@ -26,8 +26,6 @@ struct Surface {
     vec3 toEye;  // towards the eye, or the origin of a ray
     float nDotV;
     vec3 diffuse;  // albedo of what is not metal
-    vec3 f0;
-    float f90;
     float roughness;
     vec3 reflectance;  // of the specular lobe in a uniform environment
     // glTF mixes a metal with a dielectric, and only the lobe of the dielectric reduces the diffuse one:
@@ -40,20 +38,23 @@ struct Surface {
     float clearcoatReflectance;  // of a uniform environment, times the coat's share
     float sheenAlbedo;
     float belowSheen, belowClearcoat;  // factors of these layers on the layers below them
-    // For lamps, the same for each of them:
+    // For lights, the same for each of them:
     float shadowOffset;  // see shadowAt()
     float alphaSquared;
     float masking;  // Smith's root for the eye
-    vec3 bounces;   // factor for several bounces between microfacets (Turquin 2019)
+    // Of the specular lobe, at normal incidence and at grazing, with several bounces between microfacets
+    // (Turquin 2019).
+    vec3 f0;
+    vec3 f90;
     bool averages;  // highlights are averaged over `covered`
-#if SCATTERS_LAMPS
+#if SCATTERS_LIGHTS
     bool bends;     // the lobe is that of light bent by two faces; see scattering.glsl
     float between;  // metres between these faces, over the index of what is there
-    bool inner;     // of such a lobe: lamps behind the far wall do not count, which scatters their light
+    bool inner;     // of such a lobe: lights behind the far wall do not count, which scatters their light
 #endif
     float densest, clearcoatDensest;  // no mean is denser than this
     Covered covered;
-    Covered clearcoatCovered;  // if the coat has lobes of lamps
+    Covered clearcoatCovered;  // if the coat has lobes of lights
 };
 
 // Reflected light leaves the surface above its face. The eye and any direction above the face are at
@@ -90,8 +91,6 @@ Surface surfaceOf(IN(MaterialPoint) m, vec3 toEye, float leastCosine) {
         dielectricF0 = underFilm(m.layers, s.nDotV, dielectricF0, m.grazing);
         metalF0 = underFilm(m.layers, s.nDotV, metalF0, 1.0f);
     }
-    s.f0 = mix(dielectricF0, metalF0, m.metallic);
-    s.f90 = mix(m.grazing, 1.0f, m.metallic);
     s.roughness = m.roughness;
     float scattering = s.roughness;
     if (shades(LAYER_ANISOTROPY)) {
@@ -108,10 +107,15 @@ Surface surfaceOf(IN(MaterialPoint) m, vec3 toEye, float leastCosine) {
     float alpha = lobe * lobe;
     s.alphaSquared = alpha * alpha;
     s.masking = sqrt(s.alphaSquared + (1.0f - s.alphaSquared) * s.nDotV * s.nDotV);
-    s.bounces = 1.0f + s.f0 * (1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f);
+    // Bounces are not linear in f0, so each of the two materials that glTF mixes has its own.
+    float more = 1.0f / clamp(brdf.x + brdf.y, 0.05f, 1.0f) - 1.0f;
+    vec3 dielectricBounces = 1.0f + dielectricF0 * more;
+    vec3 metalBounces = 1.0f + metalF0 * more;
+    s.f0 = mix(dielectricF0 * dielectricBounces, metalF0 * metalBounces, m.metallic);
+    s.f90 = mix(m.grazing * dielectricBounces, metalBounces, m.metallic);
     s.shadowOffset = m.twoSided > 0.5f ? kTwoSidedShadowOffset : kOneSidedShadowOffset;
     s.averages = false;
-#if SCATTERS_LAMPS
+#if SCATTERS_LIGHTS
     s.bends = false;
     s.between = 0.0f;
     s.inner = false;
@@ -176,8 +180,8 @@ Surface covering(IN(Surface) narrow, IN(Turn) turn, IN(Turn) ofCoat) {
     return s;
 }
 
-// ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, times the cosine to the lamp.
-// Terms that all lamps share are computed before: compilers for processors do not hoist them.
+// ggxDistribution() * ggxVisibility() of optics.glsl as one quotient, times the cosine to the light.
+// Terms that all lights share are computed before: compilers for processors do not hoist them.
 // halfway need not be unit; perSquare: 1 over the square of its length.
 float ggxLobe(IN(Surface) s, vec3 halfway, float perSquare, float nDotL) {
     float a2 = s.alphaSquared;
@@ -253,14 +257,14 @@ vec3 evalBaseLight(IN(Surface) s, vec3 toLight, float nDotL) {
     if (shades(LAYER_ANISOTROPY)) {
         lobe = s.layers.anisotropy > 0.0f ? grainLobe(s, toLight, halfway, nDotL) : lobe;
     }
-#if SCATTERS_LAMPS
+#if SCATTERS_LIGHTS
     if (s.bends) {  // facets bend light less than in proportion to their slope
         float nDotH = dot(s.normal, halfway) * perLength;
         float turn = max(2.0f * nDotH * nDotH - 1.0f, 0.0f);
         lobe *= turn * turn;
     }
 #endif
-    return fresnel * s.bounces * lobe +
+    return fresnel * lobe +
            max(nDotL, 0.0f) * below * (1.0f / kPi) * s.diffuse;
 }
 
@@ -303,15 +307,15 @@ Surface widened(IN(Surface) s, float extent) {
     }
     return wide;
 }
-// For a lamp with a radius. metres: to it; 0: it has a direction.
+// For a light with a radius. metres: to it; 0: it has a direction.
 Surface facingDisc(IN(Surface) s, float metres, int first) {
-    if (!viewHas(VIEW_ROUND_LAMPS)) return s;
+    if (!viewHas(VIEW_ROUND_LIGHTS)) return s;
     float radius = texelFetch(lightTable, first + 9).x;
     float slope = 0.5f * radius / (metres > 0.0f ? max(metres, radius) : 1.0f);
     return widened(s, slope * slope);
 }
 
-#if SCATTERS_LAMPS
+#if SCATTERS_LIGHTS
 #include "include/scattering.glsl"
 #endif
 
@@ -326,7 +330,7 @@ vec3 sideOf(IN(Surface) s, float nDotL) {
     return shades(LAYER_DIFFUSE_TRANSMISSION) && nDotL < 0.0f ? -s.normal : s.normal;
 }
 
-// Of a directional lamp whose rows in the table begin at `first`.
+// Of a directional light whose rows in the table begin at `first`.
 vec3 sunLight(IN(Surface) s, vec3 position, int first) {
     vec3 toLight = texelFetch(lightTable, first).xyz;
     float nDotL = dot(s.normal, toLight);
@@ -335,28 +339,28 @@ vec3 sunLight(IN(Surface) s, vec3 position, int first) {
         power *= shadowAt(position, s.shadowOffset * sideOf(s, nDotL), toLight, toLight, 0.0f,
                           first);
     }
-#if SCATTERS_LAMPS
-    if (s.inner) power *= lampBeforeFarWall(toLight, 0.0f);
+#if SCATTERS_LIGHTS
+    if (s.inner) power *= lightBeforeFarWall(toLight, 0.0f);
 #endif
     return power * evalDirectLight(facingDisc(s, 0.0f, first), toLight, nDotL);
 }
 
-// The unoccluded light of a lamp at a surface.
+// The unoccluded irradiance by a punctual light at a surface.
 struct ArrivingLight {
-    vec3 place;     // of the lamp, or its direction
+    vec3 source;    // position of the light, or its direction
     vec3 toLight;   // unit
-    float metres;   // to the lamp; 0: a direction
+    float metres;   // to the light; 0: a direction
     float nDotL;    // normal . toLight
     vec3 power;
     float falloff;  // of power
 };
 
-// From any lamp; one that is not `limited` has neither range nor cone.
+// From any light; one that is not `limited` has neither range nor cone.
 ArrivingLight arrivingLight(IN(Surface) s, vec3 position, int first, bool limited) {
-    vec4 place = texelFetch(lightTable, first);      // w: 0 for a direction
+    vec4 source = texelFetch(lightTable, first);      // w: 0 for a direction
     vec4 power = texelFetch(lightTable, first + 1);  // w: 1 / range^2, 0 without a range
 
-    vec3 toLight = place.xyz - position * place.w;
+    vec3 toLight = source.xyz - position * source.w;
     float squared = max(dot(toLight, toLight), 1e-12f);
     float inverse = inversesqrt(squared);
     toLight *= inverse;
@@ -369,42 +373,42 @@ ArrivingLight arrivingLight(IN(Surface) s, vec3 position, int first, bool limite
         float inRange = min(squared * power.w, 1.0f);  // punctualAttenuation() of the square
         falloff *= inCone * inCone * (1.0f - inRange * inRange);
     }
-    return ArrivingLight(place.xyz, toLight, place.w > 0.5f ? sqrt(squared) : 0.0f, nDotL, power.rgb,
+    return ArrivingLight(source.xyz, toLight, source.w > 0.5f ? sqrt(squared) : 0.0f, nDotL, power.rgb,
                          falloff);
 }
 
-vec3 lampLight(IN(Surface) s, vec3 position, int first, bool limited) {
-    ArrivingLight lamp = arrivingLight(s, position, first, limited);
+vec3 punctualLight(IN(Surface) s, vec3 position, int first, bool limited) {
+    ArrivingLight arriving = arrivingLight(s, position, first, limited);
     vec3 sum = vec3(0.0f);
-    if (isLit(lamp.nDotL) && lamp.falloff > 0.0f) {
-        vec3 light = lamp.power * lamp.falloff;
-#if SCATTERS_LAMPS
-        if (s.inner) light *= lampBeforeFarWall(lamp.place, lamp.metres);
+    if (isLit(arriving.nDotL) && arriving.falloff > 0.0f) {
+        vec3 light = arriving.power * arriving.falloff;
+#if SCATTERS_LIGHTS
+        if (s.inner) light *= lightBeforeFarWall(arriving.source, arriving.metres);
 #endif
         if (viewHas(VIEW_SHADOWS)) {
-            light *= shadowAt(position, s.shadowOffset * sideOf(s, lamp.nDotL), lamp.place,
-                              lamp.toLight, lamp.metres, first);
+            light *= shadowAt(position, s.shadowOffset * sideOf(s, arriving.nDotL), arriving.source,
+                              arriving.toLight, arriving.metres, first);
         }
         if (!viewHas(VIEW_SHADOWS) || maxComponent(light) > 0.0f) {
-#if SCATTERS_LAMPS
-            sum = light * evalDirectLight(beforeLamp(facingDisc(s, lamp.metres, first), lamp.metres),
-                                          lamp.toLight, lamp.nDotL);
+#if SCATTERS_LIGHTS
+            sum = light * evalDirectLight(beforeLight(facingDisc(s, arriving.metres, first), arriving.metres),
+                                          arriving.toLight, arriving.nDotL);
 #else
-            sum = light * evalDirectLight(facingDisc(s, lamp.metres, first), lamp.toLight, lamp.nDotL);
+            sum = light * evalDirectLight(facingDisc(s, arriving.metres, first), arriving.toLight, arriving.nDotL);
 #endif
         }
     }
     return sum;
 }
 
-// Light of the lamps in the table from number `first` on, at least one. position: of the surface, in
+// Light of the lights in the table from number `first` on, at least one. position: of the surface, in
 // eye space.
-vec3 lampsLight(IN(Surface) s, vec3 position, int first, int count) {
+vec3 punctualLights(IN(Surface) s, vec3 position, int first, int count) {
     int row = HARMONIC_ROWS + first * LIGHT_ROWS;
     int end = row + count * LIGHT_ROWS;
     vec3 sum = vec3(0.0f);
     do {
-        sum += lampLight(s, position, row, true);
+        sum += punctualLight(s, position, row, true);
         row += LIGHT_ROWS;
     } while (row < end);
     return sum;
@@ -416,12 +420,12 @@ vec3 environmentAlong(vec3 towards, float roughness) {
            view.environment.y;
 }
 
-// The first lamps of the table, without range and cone. count: a constant, so that the loop is
+// The first lights of the table, without range and cone. count: a constant, so that the loop is
 // unrolled; on a software rasteriser a look-up at a constant index takes a third of the time.
-vec3 firstLampsLight(IN(Surface) s, vec3 position, int count) {
+vec3 firstPunctualLights(IN(Surface) s, vec3 position, int count) {
     vec3 sum = vec3(0.0f);
     for (int i = 0; i < count; ++i) {
-        sum += lampLight(s, position, HARMONIC_ROWS + i * LIGHT_ROWS, false);
+        sum += punctualLight(s, position, HARMONIC_ROWS + i * LIGHT_ROWS, false);
     }
     return sum;
 }
@@ -454,7 +458,7 @@ vec3 reachingSurface(IN(Surface) s, vec3 towards, vec3 environment) {
 vec3 diffuseLight(IN(Surface) s) {
     vec3 light = s.diffuse * diffuseAround(s);
     if (shades(LAYER_DIFFUSE_TRANSMISSION)) {
-        vec3 behind = viewHas(VIEW_SURFACE_LIGHT) ? diffuseFrom(s.light, -s.normal)
+        vec3 behind = viewHas(VIEW_SURFACE_LIGHT) ? s.light.behind
                                                   : harmonicsAlong(-s.normal, vec2(1.0f));
         light += s.layers.through * behind;
     }
@@ -478,7 +482,7 @@ vec3 underCoat(IN(Surface) s, vec3 base) {
     return base;
 }
 
-// What specular lobes and layers reflect of emissive surfaces: they are one lamp in their mean direction.
+// What specular lobes and layers reflect of emissive surfaces: they are one light in their mean direction.
 // A cone of half angle t has a mean of directions of length r = (1 + cos t) / 2, and tan(t / 2)^2 is
 // (1 - r) / r.
 vec3 emittersLight(IN(Surface) s) {

@@ -1,4 +1,4 @@
-// Formulae about light at a surface: Fresnel, GGX, lamps, environment light, finite radiance.
+// Formulae about light at a surface: Fresnel, GGX, lights, environment light, finite radiance.
 // Compiled twice: as GLSL 4.30 and, inside a namespace that uses glm, as C++ in the unit tests.
 // All vectors are unit, all cosines may be wrong by rounding, all results are finite.
 #ifndef CLERESTORY_OPTICS_GLSL
@@ -10,14 +10,14 @@ const float kPi = 3.14159265358979f;
 const float kMaxRadiance = 65504.0f;
 
 // Perceptual roughness (alpha = roughness^2) below which a lobe is narrower than float32 resolves
-// (the relative error of D stays below 1e-3 above it) and below which lamps' highlights flicker.
+// (the relative error of D stays below 1e-3 above it) and below which lights' highlights flicker.
 const float kMinRoughness = 0.045f;
 const float kMinAlpha = 0.002025f;
 
 // Cosine at which a surface seen or lit edge-on is still evaluated: keeps visibility finite.
 const float kMinCosine = 1e-4f;
 
-// Square metres. A point lamp nearer than 1 cm is evaluated at 1 cm.
+// Square metres. A point light nearer than 1 cm is evaluated at 1 cm.
 const float kMinLightDistanceSquared = 1e-4f;
 
 // Least difference of the cosines of a spot's inner and outer angle (KHR_lights_punctual).
@@ -53,8 +53,8 @@ vec3 radianceFinite(vec3 c) {
 // Schlick 1994. cosTheta is the angle in the less dense medium. Against the exact curve it is up to
 // 0.036 off for ior 1.5 (at 85 degrees) and must not be used below ior 1.3 (erratum G4).
 // f90: reflectance at grazing, 1 but for a dielectric whose material dims its whole lobe.
-vec3 fresnelSchlick(vec3 f0, float f90, float cosTheta) {
-    return f0 + (vec3(f90) - f0) * pow5(1.0f - cosTheta);
+vec3 fresnelSchlick(vec3 f0, vec3 f90, float cosTheta) {
+    return f0 + (f90 - f0) * pow5(1.0f - cosTheta);
 }
 
 // Reflectance of a smooth dielectric for unpolarised light, exact (Cook and Torrance 1982).
@@ -131,10 +131,10 @@ float ggxVisibility(float nDotL, float nDotV, float alpha) {
     return 0.5f / (shadowing + masking);
 }
 
-// ---- lamps -------------------------------------------------------------------------------------
+// ---- lights -------------------------------------------------------------------------------------
 
-// Irradiance per unit of intensity of a point lamp, per square metre; range 0 is unlimited.
-// The window is the one KHR_lights_punctual recommends: 1 near the lamp, 0 from the range on.
+// Irradiance per unit of intensity of a point light, per square metre; range 0 is unlimited.
+// The window is the one KHR_lights_punctual recommends: 1 near the light, 0 from the range on.
 float punctualAttenuation(float distanceToLight, float range) {
     float d = clamp(distanceToLight, 0.0f, 1e18f);
     float window = 1.0f;
@@ -145,7 +145,7 @@ float punctualAttenuation(float distanceToLight, float range) {
     return window / max(d * d, kMinLightDistanceSquared);
 }
 
-// Share of a spot lamp's light at an angle from its axis (KHR_lights_punctual).
+// Share of the intensity of a spot light at an angle from its axis (KHR_lights_punctual).
 float spotAttenuation(float cosAngle, float cosInner, float cosOuter) {
     float t = clamp((cosAngle - cosOuter) / max(cosInner - cosOuter, kMinConeWidth), 0.0f, 1.0f);
     return t * t;

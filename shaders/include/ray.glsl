@@ -25,8 +25,8 @@ struct RayCone {
 
 // Away from the face that a ray leaves from, on the side of `normal`. Corners and sums of them are
 // off by some 2^-22 of their greatest coordinate.
-vec3 offsetRayOrigin(vec3 place, vec3 normal, float reach) {
-    return place + worldAxes(normal) * (2e-6f * reach + 1e-30f);
+vec3 offsetRayOrigin(vec3 position, vec3 normal, float reach) {
+    return position + worldAxes(normal) * (2e-6f * reach + 1e-30f);
 }
 
 // The mirrored direction of a bumpy or smoothed normal may point into the face itself: then it is

@@ -59,10 +59,10 @@ Surface coveredByCone(IN(Surface) s, IN(HitPoint) p, RayCone cone) {
     return covering(s, widened(p.turn, x, y), widened(p.clearcoatTurn, x, y));
 }
 
-vec3 lampsAtHit(IN(HitPoint) p, IN(Surface) s) {
+vec3 punctualLightAtHit(IN(HitPoint) p, IN(Surface) s) {
     if (!hitHas(FEATURE_LIGHTS)) return vec3(0.0f);
-    vec3 lamps = lampsLight(s, eyeAxes(p.place - tracing.eye.xyz), p.firstLight, p.lights);
-    return p.lights > 0 ? lamps : vec3(0.0f);
+    vec3 punctual = punctualLights(s, eyeAxes(p.position - tracing.eye.xyz), p.firstLight, p.lights);
+    return p.lights > 0 ? punctual : vec3(0.0f);
 }
 
 // start: relative to the hierarchy's origin, off the surface that the ray leaves. along: unit, in
@@ -76,7 +76,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
     bool going = true;
     do {
         Hit hit = traceClosest(start, worldAxes(along), 0.0f, 1e30f);
-        if (hit.place < 0) {
+        if (hit.triangle < 0) {
             noteHit(-1);
             sum += weight * backgroundAtEnd(along, cone, direct);
             break;
@@ -147,7 +147,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
             }
             if (hitHas(FEATURE_LIGHTS)) {
                 s.diffuse *= dull;
-                own += lampsAtHit(p, coveredByCone(s, p, cone));
+                own += punctualLightAtHit(p, coveredByCone(s, p, cone));
             }
         }
         if (there) sum += weight * (coverage * own + m.emitted);
@@ -192,12 +192,10 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
                 Surface s = surfaceOf(m, -along, kMinCosine);
                 Surface lobe = behindPane(s, spread);
                 if (leaves) {
-                    // Of the last face alone where other paths have turned at the first.
                     vec3 straight = refracted(along, normal, eta).direction;
-                    lobe = sharesLobe() ? behindBody(s, straight, 0.0f, p.glass.y, kOneOfTwoFaces * spread)
-                                        : behindBody(s, straight, travelled, p.glass.y, spread);
+                    lobe = behindBody(s, straight, travelled, p.glass.y, spread);
                 }
-                sum += weight * part * followed * lampsAtHit(p, lobe);
+                sum += lightBehindGlass(weight * part * followed * punctualLightAtHit(p, lobe));
             }
             if (!leaves) {
                 vec3 left = crosses ? shares.reflected : through;
@@ -225,7 +223,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
         going = (turned && turns >= 0 && counts) || passed;
         // No bounce left.
         if (!going && turned) sum += weight * surroundingsAtEnd(p, next, cone, direct);
-        start = offsetRayOrigin(p.place + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);
+        start = offsetRayOrigin(p.position + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);
         if (going) along = next;
     } while (going);
     return sum;

@@ -19,9 +19,9 @@ vec3 faceNormalAt(vec3 position, vec3 toEye, vec3 normal) {
 
 // Interpolated positions have larger errors than corners.
 vec3 startBeside(vec3 position, vec3 normal) {
-    vec3 place = tracing.eye.xyz + worldAxes(position);
-    float reach = max(abs(place.x), max(abs(place.y), abs(place.z)));
-    return offsetRayOrigin(place, normal, reach + 5.0f * length(position));
+    vec3 origin = tracing.eye.xyz + worldAxes(position);
+    float reach = max(abs(origin.x), max(abs(origin.y), abs(origin.z)));
+    return offsetRayOrigin(origin, normal, reach + 5.0f * length(position));
 }
 
 float changeInPixel(vec3 v) {

@@ -268,7 +268,7 @@ Surface clearcoatOf(Surface s) {
     coat.nDotV = max(dot(coat.normal, s.toEye), kMinCosine);
     coat.roughness = s.layers.clearcoatRoughness;
     coat.f0 = kClearcoatF0;
-    coat.f90 = 1.0f;
+    coat.f90 = vec3(1.0f);
     return coat;
 }
 

@@ -1,21 +1,20 @@
-// Light of lamps behind rough glass, which it scatters towards the eye. A part of lighting.glsl in programs that
-// shade such glass (SCATTERS_LAMPS): others neither parse it nor test for it at each lamp.
+// Punctual light behind rough glass, which it scatters towards the eye. A part of lighting.glsl in programs that
+// shade such glass (SCATTERS_LIGHTS): others neither parse it nor test for it at each light.
 
 // Energy that the lobe gains about its middle because steep facets bend light less than in proportion to
 // their slope, per alpha and spread; see also evalBaseLight(). Fitted to facets sampled on both faces at
 // normal incidence: within 10 % up to 40 degrees for indices of 1.3 to 1.8 and alpha up to 0.64.
 const float kSteepFacets = 2.2f;
 
-// The lobe in which rough glass scatters the light of lamps behind it towards the eye, as a surface that
+// The lobe in which rough glass scatters punctual light from behind it towards the eye, as a surface that
 // reflects all light: the highlight of a mirror behind the glass that sends the ray from the eye back along
-// its way. Through clearer glass than kMinRoughness a lamp is not seen, as without any. spread: see
+// its way. Through clearer glass than kMinRoughness a light is not seen, as without any. spread: see
 // glassSpread().
 Surface scatteringBehind(IN(Surface) s, float spread) {
     Surface back = s;
     back.diffuse = vec3(0.0f);
-    back.f0 = vec3(1.0f);
-    back.f90 = 1.0f;
-    back.bounces = vec3(1.0f + kSteepFacets * spread * s.roughness * s.roughness);
+    back.f0 = vec3(1.0f + kSteepFacets * spread * s.roughness * s.roughness);
+    back.f90 = back.f0;
     back.bends = true;
     back.between = 0.0f;
     back.averages = false;  // straight through, whatever the normal is
@@ -54,9 +53,9 @@ Surface behindBody(IN(Surface) s, vec3 towards, float path, float ior, float spr
     return withAlpha(back, 0.5f * spread);
 }
 
-// For a lamp so many metres behind the second face: rays that the first face turns leave the second one
-// next to its middle, and so from another direction to the lamp.
-Surface beforeLamp(IN(Surface) s, float metres) {
+// For a light so many metres behind the second face: rays that the first face turns leave the second one
+// next to its middle, and so from another direction to the light.
+Surface beforeLight(IN(Surface) s, float metres) {
     Surface wide = s;
     if (s.bends && metres > 0.0f) {
         float turn = 1.0f + s.between / max(metres, 1e-3f * s.between);
@@ -65,6 +64,6 @@ Surface beforeLamp(IN(Surface) s, float metres) {
     return wide;
 }
 
-// 1 for a lamp that is nearer than what is seen behind the near wall of a shell, else 0. place: in eye
+// 1 for a light that is nearer than what is seen behind the near wall of a shell, else 0. source: in eye
 // space; metres: as ArrivingLight.
-float lampBeforeFarWall(vec3 place, float metres);
+float lightBeforeFarWall(vec3 source, float metres);

@@ -1,12 +1,12 @@
-// Shadows of lamps, from one map of depths with tiles for each lamp. Depth is reversed: 1 at the lamp,
-// 0 far away. The six pictures around a lamp have the axes of eye space. Compiled as GLSL and as C++
+// Shadows of lights, from one map of depths with tiles for each light. Depth is reversed: 1 at the light,
+// 0 far away. The six pictures around a light have the axes of eye space. Compiled as GLSL and as C++
 // (renderer/rays/shader_code.h).
 
 // A receiver is moved off its surface by this number of texels of the map. The lit side of a two-sided
 // surface is in the map, that of a one-sided surface is not: its offset keeps contacts closed.
 const float kTwoSidedShadowOffset = 1.5f, kOneSidedShadowOffset = 0.5f;
 
-// Face of a cube about the lamp, its coordinates, 0..1, and the distance along its axis.
+// Face of a cube about the light, its coordinates, 0..1, and the distance along its axis.
 vec4 shadowFace(vec3 way) {
     vec3 a = abs(way);
     float axis = max(a.x, max(a.y, a.z));
@@ -22,7 +22,7 @@ vec4 shadowFace(vec3 way) {
     return vec4(st.x, st.y, face, axis);
 }
 
-// Where a point is in the pictures of a lamp.
+// Where a point is in the pictures of a light.
 struct ShadowPlace {
     vec2 at;  // of the map, 0..1
     float depth;
@@ -33,15 +33,15 @@ bool hasSixPictures(vec4 about) {
     return viewHas(VIEW_SHADOWS_SIX) || (!viewHas(VIEW_SHADOWS_ONE) && about.x > 1.5f);
 }
 
-// What shadowPlace() takes of a point (w: 1) or a way (w: 0) in eye space; it is linear. place: of
-// the lamp, whose rows begin at `first`.
-vec4 shadowCoordinates(vec4 p, vec3 place, int first, bool six) {
-    if (six) return vec4(p.xyz - place * p.w, 0.0f);
+// What shadowPlace() takes of a point (w: 1) or a way (w: 0) in eye space; it is linear. source:
+// position of the light, whose rows begin at `first`.
+vec4 shadowCoordinates(vec4 p, vec3 source, int first, bool six) {
+    if (six) return vec4(p.xyz - source * p.w, 0.0f);
     return vec4(dot(texelFetch(lightTable, first + 5), p), dot(texelFetch(lightTable, first + 6), p),
                 dot(texelFetch(lightTable, first + 7), p), dot(texelFetch(lightTable, first + 8), p));
 }
 
-// about, tile: the lamp's rows.
+// about, tile: the light's rows.
 ShadowPlace shadowPlace(vec4 c, bool six, vec4 about, vec4 tile) {
     ShadowPlace found;
     vec2 at;
@@ -62,9 +62,9 @@ ShadowPlace shadowPlace(vec4 c, bool six, vec4 about, vec4 tile) {
     return found;
 }
 
-// A blocker near the ray to the lamp's centre hides a part of its disc if its distance from that ray is
+// A blocker near the ray to the light's centre hides a part of its disc if its distance from that ray is
 // at most the radius of the beam from the disc. The search radius is the width of the beam at a quarter
-// of the distance or, for a directional lamp, at a quarter of the depth of its picture.
+// of the distance or, for a directional light, at a quarter of the depth of its picture.
 const float kShadowSearch = 3.0f, kSunSearch = 0.25f;
 // Blockers differ in distance: those within the mean beam count if their own beam is at least this
 // fraction of it.
@@ -76,17 +76,17 @@ vec2 nextTurn(vec2 turn) {
                 turn.x * 0.6754903f + turn.y * -0.7373688f);
 }
 
-// The fraction of the disc of a lamp that is visible from a point with the coordinates c (percentage-
+// The fraction of the disc of a light that is visible from a point with the coordinates c (percentage-
 // closer soft shadows, Fernando 2005, with beams instead of fixed widths). lit: that of its centre.
-float softShadow(vec4 c, vec3 place, vec3 toLight, float metres, int first, vec4 about, vec4 tile,
+float softShadow(vec4 c, vec3 source, vec3 toLight, float metres, int first, vec4 about, vec4 tile,
                  float lit) {
     bool six = hasSixPictures(about);
     vec4 disc = texelFetch(lightTable, first + 9);  // radius; metres per depth of one with a direction
     bool placed = metres > 0.0f;
     vec3 x = normalize(cross(toLight, abs(toLight.y) < 0.9f ? vec3(0.0f, 1.0f, 0.0f)
                                                             : vec3(1.0f, 0.0f, 0.0f)));
-    vec4 alongX = shadowCoordinates(vec4(x, 0.0f), place, first, six);
-    vec4 alongY = shadowCoordinates(vec4(cross(toLight, x), 0.0f), place, first, six);
+    vec4 alongX = shadowCoordinates(vec4(x, 0.0f), source, first, six);
+    vec4 alongY = shadowCoordinates(vec4(cross(toLight, x), 0.0f), source, first, six);
     float reach = placed ? min(kShadowSearch * disc.x, metres) : kSunSearch * disc.x * disc.y;
     float count = view.shadows.z;
     vec2 turn = vec2(1.0f, 0.0f);
@@ -124,25 +124,25 @@ float softShadow(vec4 c, vec3 place, vec3 toLight, float metres, int first, vec4
     return lit;
 }
 
-// Tinted points are farther from the lamp than the glass. The factors allow for its depth in halves.
+// Tinted points are farther from the light than the glass. The factors allow for its depth in halves.
 const float kBehindGlass = 0.998f, kBehindGlassOfSun = 6e-4f;
 
-// The share of the lamp's light that reaches a surface. position: in eye space; offset: its normal
-// times the texels by which it is moved; place: of the lamp, or direction; first: the lamp's rows in
+// The share of a punctual light that reaches a surface. position: in eye space; offset: its normal
+// times the texels by which it is moved; source: position of the light, or its direction; first: the light's rows in
 // the table.
-vec3 shadowAt(vec3 position, vec3 offset, vec3 place, vec3 toLight, float metres, int first) {
+vec3 shadowAt(vec3 position, vec3 offset, vec3 source, vec3 toLight, float metres, int first) {
     vec4 about = texelFetch(lightTable, first + 3);  // kind, texel: slope and metres, near
     vec4 tile = texelFetch(lightTable, first + 4);  // corner and edge, texels; a texel of the edge
     vec3 p = position + offset * (about.y * metres + about.z);
     bool six = hasSixPictures(about);
-    vec4 c = shadowCoordinates(vec4(p, 1.0f), place, first, six);
+    vec4 c = shadowCoordinates(vec4(p, 1.0f), source, first, six);
     ShadowPlace s = shadowPlace(c, six, about, tile);
     float lit = 1.0f;
-    // Sides that face away from the lamp receive no light from it.
+    // Sides that face away from the light receive no light from it.
     if (dot(offset, toLight) > 0.0f && about.x > 0.5f) {
         lit = texture(shadowMap, vec3(s.at, s.depth));
         if (viewHas(VIEW_SHADOWS_SOFT) && texelFetch(lightTable, first + 9).x > 0.0f) {
-            lit = softShadow(c, place, toLight, metres, first, about, tile, s.inside ? lit : 1.0f);
+            lit = softShadow(c, source, toLight, metres, first, about, tile, s.inside ? lit : 1.0f);
         }
     }
     if (viewHas(VIEW_SHADOWS_TINTED) && about.x > 0.5f && s.inside && lit > 0.0f) {

@@ -14,6 +14,7 @@ struct SurfaceLight {
     // and that of luminance times direction.
     vec3 emitted;
     vec3 emittedFlux;
+    vec3 behind;  // `irradiance` of the other side of the surface; see lightOnSide()
 };
 
 // The value of a vertex of an instance whose values begin at `first`. With a half added it is that of
@@ -34,6 +35,7 @@ SurfaceLight surfaceLightOf(uvec4 first, uvec4 second) {
     vec2 g = unpackHalf2x16(second.z);
     light.sides = unpackHalf2x16(second.w);
     light.irradiance = vec3(a.x, a.y, b.x);
+    light.behind = vec3(0.0f);
     light.nearby = vec3(b.y, c.x, c.y);
     light.visible = vec4(f.y, g.x, g.y, d.x);
     light.turned = vec4(e.x, e.y, f.x, d.y);
@@ -54,9 +56,11 @@ SurfaceLight withEmitters(SurfaceLight light, uvec4 emitters) {
 // As kOfSides in renderer/light/surface_light.h.
 const float kLightOfSides = 4.0f;
 
-// A two-sided surface has the light of both sides in one value (ofBothSides()). normal: of either.
+// A two-sided surface has the light of both sides in one value (ofBothSides()). normal: of the side.
 SurfaceLight lightOnSide(SurfaceLight light, bool front, vec3 normal) {
+    light.behind = light.irradiance * clamp(light.turned.w - dot(light.turned.xyz, normal), 0.0f, 4.0f);
     if (light.visible.w > 0.5f * kLightOfSides) {
+        light.behind = front ? light.turned.xyz : light.irradiance;
         vec3 slope = light.visible.xyz;
         slope -= front ? vec3(0.0f) : 2.0f * dot(slope, normal) * normal;
         light.visible = vec4((front ? light.sides.x : light.sides.y) * slope,

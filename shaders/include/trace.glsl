@@ -12,7 +12,7 @@ layout(binding = UNIT_TRACE_TEXELS) uniform samplerBuffer traceTexels;
 
 struct Hit {
     float distance;
-    int place;     // of the triangle in traceTriangles; -1: nothing was met
+    int triangle;    // of the triangle in traceTriangles; -1: nothing was met
     vec2 weights;  // of the triangle's second and third corner
 };
 
@@ -54,12 +54,12 @@ Hit traceClosest(vec3 origin, vec3 direction, float tMin, float tMax) {
         node = met && inner ? node + 1 : int(low.w);
         if (met && !inner) {
             int leaf = int(high.w);
-            int place = leaf >> 3;
-            int last = place + (leaf & 7);
+            int triangle = leaf >> 3;
+            int last = triangle + (leaf & 7);
             do {
-                vec4 a4 = texelFetch(traceTriangles, TRACE_TRIANGLE_ROWS * place);
-                vec4 b4 = texelFetch(traceTriangles, TRACE_TRIANGLE_ROWS * place + 1);
-                vec4 c4 = texelFetch(traceTriangles, TRACE_TRIANGLE_ROWS * place + 2);
+                vec4 a4 = texelFetch(traceTriangles, TRACE_TRIANGLE_ROWS * triangle);
+                vec4 b4 = texelFetch(traceTriangles, TRACE_TRIANGLE_ROWS * triangle + 1);
+                vec4 c4 = texelFetch(traceTriangles, TRACE_TRIANGLE_ROWS * triangle + 2);
                 vec3 a = a4.xyz - origin;
                 vec3 b = b4.xyz - origin;
                 vec3 c = c4.xyz - origin;
@@ -82,10 +82,10 @@ Hit traceClosest(vec3 origin, vec3 direction, float tMin, float tMax) {
                 float t = (u * dot(a, direction) + v * dot(b, direction) + w * dot(c, direction)) /
                           (through ? sum : 1.0f);
                 if (through && t > from && t < hit.distance) {
-                    hit = Hit(t, place, vec2(v, w) / sum);
+                    hit = Hit(t, triangle, vec2(v, w) / sum);
                 }
-                ++place;
-            } while (place < last);
+                ++triangle;
+            } while (triangle < last);
         }
     } while (node < end);
     return hit;
@@ -104,6 +104,6 @@ vec3 beyondPane(vec3 along, float lobe) {
 float lobeOfPath(float lobe) {
     return lobe;
 }
-bool sharesLobe() {
-    return false;
+vec3 lightBehindGlass(vec3 light) {
+    return light;
 }

@@ -86,6 +86,7 @@ std::vector<Accuracy> sweep() {
     knob(&Accuracy::backFaces, true);
     knob(&Accuracy::bounces, 2u, 8u);
     knob(&Accuracy::raySamples, 4u);
+    knob(&Accuracy::glassRaySamples, 1u);
     knob(&Accuracy::environmentSize, 64u, 256u);
     knob(&Accuracy::environmentSamples, 16u, 256u);
     knob(&Accuracy::samples, 4u);

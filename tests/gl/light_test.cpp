@@ -252,13 +252,44 @@ TEST_F(LightOnSurfaces, HighlightsMatchTheirFormula) {
             const glm::vec2 ab = environmentBrdf(1.0f, roughness);
             const glm::vec3 bounces = 1.0f + gold * (1.0f / (ab.x + ab.y) - 1.0f);
             const glm::vec3 expected =
-                formulae::fresnelSchlick(gold, 1.0f, glm::dot(v, h)) * bounces *
+                formulae::fresnelSchlick(gold, glm::vec3(1.0f), glm::dot(v, h)) * bounces *
                 formulae::ggxDistribution(glm::dot(n, h), glm::dot(across, across), alpha) *
                 formulae::ggxVisibility(glm::dot(n, l), glm::dot(n, v), alpha) * glm::dot(n, l) *
                 3.0f * formulae::punctualAttenuation(2.0f, 0.0f);
             for (int c = 0; c < 3; ++c) {
                 EXPECT_NEAR(seen[c], expected[c], 5e-3f * expected[c] + 1e-6f)
                     << "roughness " << roughness << " angle " << angle;
+            }
+        }
+    }
+}
+
+// glTF: the metal and the dielectric are mixed by `metallic`, not their reflectances.
+TEST_F(LightOnSurfaces, PartlyMetallicSurfacesAreTheMixtureOfBothMaterials) {
+    const auto seen = [](float metallic, float roughness, double angle) {
+        Scene scene;
+        place(scene, quad(2.0f, addMaterial(scene, {.baseColor = {0.9f, 0.9f, 0.4f, 1.0f},
+                                                    .metallic = metallic,
+                                                    .roughness = roughness})));
+        const glm::dvec3 source = 2.0 * glm::dvec3(std::sin(angle), 0.0, std::cos(angle));
+        addLight(scene, {.intensity = glm::vec3(3.0f)}, moved(source.x, source.y, source.z));
+        FrameRequest r = request(std::move(scene), "mixture", {0.5, 0, 1});
+        r.width = r.height = 65;
+        r.camera.target = glm::dvec3(0.0);
+        r.camera.yfov = 0.018;
+        return centerColor(renderer().render(r).image);
+    };
+    for (const float roughness : {0.3f, 0.6f, 0.8f, 1.0f}) {
+        for (const double angle : {0.1, 0.7, 1.2}) {
+            const glm::vec3 dielectric = seen(0.0f, roughness, angle),
+                            metal = seen(1.0f, roughness, angle);
+            for (const float metallic : {0.3f, 0.5f, 0.9f}) {
+                const glm::vec3 expected = glm::mix(dielectric, metal, metallic),
+                                mixed = seen(metallic, roughness, angle);
+                for (int c = 0; c < 3; ++c) {
+                    EXPECT_NEAR(mixed[c], expected[c], 5e-3f * expected[c])
+                        << roughness << " " << angle << " " << metallic;
+                }
             }
         }
     }

@@ -30,7 +30,7 @@ FrameRequest traced(const std::string& scene, Preset preset) {
     r.width = 160;
     r.height = 90;
     r.accuracy = accuracyOf(preset);
-    r.accuracy.samples = r.accuracy.raySamples = 1;
+    r.accuracy.samples = r.accuracy.raySamples = r.accuracy.glassRaySamples = 1;
     r.accuracy.curved = CurvedMethod::traced;
     r.accuracy.glass = GlassMethod::traced;
     r.accuracy.planar = PlanarMethod::traced;
@@ -113,7 +113,7 @@ TEST(RayRecords, OneThreadGivesTheBytesOfSeveral) {
     }
     for (const std::uint32_t paths : {1u, 4u}) {
         FrameRequest r = traced("teapots", Preset::standard);
-        r.accuracy.raySamples = paths;
+        r.accuracy.raySamples = r.accuracy.glassRaySamples = paths;
         Renderer& renderer = tracing(Computation::processor);
         const Frame several = renderer.render(r);
         ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
@@ -136,9 +136,9 @@ TEST(RayRecords, RoughRaysHaveSeveralPaths) {
             r.overrides.push_back(change);
         }
         r.effects.refraction = false;
-        r.accuracy.raySamples = 1;
+        r.accuracy.raySamples = r.accuracy.glassRaySamples = 1;
         const Frame one = renderer.render(r);
-        r.accuracy.raySamples = 8;
+        r.accuracy.raySamples = r.accuracy.glassRaySamples = 8;
         const Frame eight = renderer.render(r);
         ASSERT_GT(paths(one), 100u);
         if (roughness < 0.1f) {

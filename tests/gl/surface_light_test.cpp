@@ -59,6 +59,23 @@ TEST_F(LightBetweenSurfaces, ACorridorOfTwoGreyWallsHasItsSeries) {
     EXPECT_NEAR(centerColor(renderer().render(r).image).x, 0.4f, 0.012f);
 }
 
+// Walls that transmit all light diffusely have the radiance of a uniform sky on the inside, and
+// what is in the room is lit as if it were outside.
+TEST_F(LightBetweenSurfaces, DiffuselyTransmittingWallsLightARoom) {
+    Scene scene;
+    Material sheet = lambert(1.0f);
+    sheet.doubleSided = true;
+    sheet.diffuseTransmission = 1.0f;
+    placeRoom(scene, addMaterial(scene, sheet));
+    place(scene, quad(0.2f, addMaterial(scene, lambert(0.5f))));
+    FrameRequest r =
+        lookingAt(request(std::move(scene), "sheets"), {0.0, 0.0, 0.5}, {0.0, 0.0, 0.0});
+    r.environment.map = "white";
+    const Image image = renderer().render(lit(r)).image;
+    EXPECT_NEAR(centerColor(image).x, 0.5f, 0.015f) << "a square in the room";
+    EXPECT_NEAR(color(image, 2, 2).x, 1.0f, 0.03f) << "a wall";
+}
+
 // Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-3: a rectangle over a
 // parallel element below its corner, four times.
 TEST_F(LightBetweenSurfaces, ARectangularLampLightsTheFloorAsItsFormFactor) {

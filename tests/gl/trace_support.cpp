@@ -26,7 +26,7 @@ out vec4 number;
 void main() {
     vec3 along = normalize(towards);
     Hit hit = traceClosest(tracing.eye.xyz, worldAxes(along), 0.0f, 1e30f);
-    bool met = hit.place >= 0;
+    bool met = hit.triangle >= 0;
     number = vec4(0.0f);
     if (CHANNEL == CHANNEL_DEPTH) number.x = met ? dot(view.forward.xyz, along) * hit.distance : 0.0f;
     if (CHANNEL == CHANNEL_NORMAL) {
@@ -34,7 +34,7 @@ void main() {
         number.xyz = met ? p.material.normal : vec3(0.0f);
     }
     if (CHANNEL == CHANNEL_NUMBER) {
-        int triangle = TRACE_TRIANGLE_ROWS * max(hit.place, 0);
+        int triangle = TRACE_TRIANGLE_ROWS * max(hit.triangle, 0);
         number.x = met ? texelFetch(traceTriangles, triangle + 1).w + 1.0f : 0.0f;
     }
 }

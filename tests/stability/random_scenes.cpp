@@ -237,7 +237,7 @@ FrameRequest randomRequest(RandomSource& chance, const std::string& scene) {
     a.edgeFilter = false;
     a.generations = 1 + chance.below(3);
     a.bounces = 1 + chance.below(8);
-    if (a.bounces == 8) a.raySamples = 3;
+    if (a.bounces == 8) a.raySamples = a.glassRaySamples = 3;
     a.planarScale = oneOf(chance, std::array{0.125, 0.3, 1.0});
     a.planarSamples = oneOf(chance, std::array{1u, 1u, 4u});
     a.curvedSamples = oneOf(chance, std::array{0u, 0u, 4u});

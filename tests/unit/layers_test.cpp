@@ -126,7 +126,7 @@ TEST(ThinFilm, SchlicksCurvePassesThroughItsReflectance) {
     for (const float c : {0.4f, 0.7f, 1.0f}) {
         for (const float r : {0.3f, 0.5f, 0.9f}) {
             const glm::vec3 f0 = glsl::f0Through(glm::vec3(r), 1.0f, c);
-            EXPECT_NEAR(glsl::fresnelSchlick(f0, 1.0f, c).x, r, 1e-5f);
+            EXPECT_NEAR(glsl::fresnelSchlick(f0, glm::vec3(1.0f), c).x, r, 1e-5f);
         }
     }
 }

@@ -202,7 +202,7 @@ TEST(Motion, SceneScaledValuesAreConstantOverTime) {
     Scene scene = twoRooms();
     letMove(scene, 3, {-25, 0, 25});
     const FramePlan a = planOf(scene, fromAbove(0.0)), b = planOf(scene, fromAbove(1.0));
-    EXPECT_EQ(a.perMetre, b.perMetre);
+    EXPECT_EQ(a.inverseDiagonal, b.inverseDiagonal);
     EXPECT_EQ(rootOf(a).view, rootOf(b).view);
     ASSERT_EQ(rootOf(a).reflections.size(), rootOf(b).reflections.size());
     for (std::size_t i = 0; i < rootOf(a).reflections.size(); ++i) {

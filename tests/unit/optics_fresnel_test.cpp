@@ -118,7 +118,7 @@ TEST(Fresnel, StaysWithinZeroAndOne) {
             const float f = glsl::fresnelDielectric(cosine, eta);
             EXPECT_TRUE(f >= 0.0f && f <= 1.0f) << cosine << ' ' << eta << ": " << f;
         }
-        const float s = glsl::fresnelSchlick(glm::vec3(0.04f), 1.0f, cosine).x;
+        const float s = glsl::fresnelSchlick(glm::vec3(0.04f), glm::vec3(1.0f), cosine).x;
         EXPECT_TRUE(s >= 0.04f && s <= 1.0f) << cosine << ": " << s;
     }
 }
@@ -128,7 +128,8 @@ TEST(Fresnel, ErrorOfSchlick) {
     for (double degrees = 0.0; degrees < 90.0; degrees += 0.1) {
         const double cosine = std::cos(radians(degrees));
         const double exact = bySnell(cosine, 1.5).mean();
-        const double off = glsl::fresnelSchlick(glm::vec3(0.04f), 1.0f, float(cosine)).x - exact;
+        const double off =
+            glsl::fresnelSchlick(glm::vec3(0.04f), glm::vec3(1.0f), float(cosine)).x - exact;
         if (std::abs(off) > std::abs(worst)) worst = off, worstAt = degrees;
         if (off / exact < least) least = off / exact, leastAt = degrees;
     }
@@ -140,9 +141,9 @@ TEST(Fresnel, ErrorOfSchlick) {
 
 TEST(Fresnel, SchlickIsExactAtBothEnds) {
     const glm::vec3 gold(1.0f, 0.71f, 0.29f);
-    EXPECT_EQ(glsl::fresnelSchlick(gold, 1.0f, 1.0f), gold);
-    EXPECT_EQ(glsl::fresnelSchlick(gold, 1.0f, 0.0f), glm::vec3(1.0f));
-    EXPECT_NEAR(glsl::fresnelSchlick(gold, 1.0f, 0.5f).z, 0.29 + 0.71 / 32.0, 1e-6);
+    EXPECT_EQ(glsl::fresnelSchlick(gold, glm::vec3(1.0f), 1.0f), gold);
+    EXPECT_EQ(glsl::fresnelSchlick(gold, glm::vec3(1.0f), 0.0f), glm::vec3(1.0f));
+    EXPECT_NEAR(glsl::fresnelSchlick(gold, glm::vec3(1.0f), 0.5f).z, 0.29 + 0.71 / 32.0, 1e-6);
 }
 
 TEST(IndexOfRefraction, RoundTrip) {

@@ -27,7 +27,7 @@ public:
             for (std::uint32_t x = 0; x < kEdge; ++x) {
                 const glm::vec3 along = glm::normalize(
                     glm::vec3(kPixel * (float(x) - 32.0f), kPixel * (float(y) - 32.0f), 1.0f));
-                starts_.push_back({.place = {}, .cone = glm::packHalf2x16({1e-3f, -10.0f})});
+                starts_.push_back({.position = {}, .cone = glm::packHalf2x16({1e-3f, -10.0f})});
                 const float sum = along.x * (along.x < 0 ? -1.0f : 1.0f) +
                                   along.y * (along.y < 0 ? -1.0f : 1.0f) + along.z;
                 ways_.push_back({.octahedral = {along.x / sum, along.y / sum},
@@ -68,7 +68,7 @@ public:
     }
     void removePixel(std::uint32_t x, std::uint32_t y) { starts_[y * kEdge + x].cone = 0; }
     void moveColumn(std::uint32_t x, float metres) {
-        for (std::uint32_t y = 0; y < kEdge; ++y) starts_[y * kEdge + x].place[2] -= metres;
+        for (std::uint32_t y = 0; y < kEdge; ++y) starts_[y * kEdge + x].position[2] -= metres;
     }
 
 private:

@@ -160,7 +160,7 @@ TEST(RayLobe, MeanOfAPaneIsThatOfTwoFaces) {
 }
 
 TEST(RayLobe, RecordsSayWhetherARayEntersABody) {
-    const Start start{.place = {1.0f, 2.0f, 3.0f}, .cone = glm::packHalf2x16({0.5f, -3.0f})};
+    const Start start{.position = {1.0f, 2.0f, 3.0f}, .cone = glm::packHalf2x16({0.5f, -3.0f})};
     for (const float sign : {1.0f, -1.0f}) {
         const Way way{.octahedral = {0.0f, 0.0f},
                       .shareRedGreen = glm::packHalf2x16({0.5f, 0.25f}),

@@ -122,7 +122,8 @@ TEST(RayPlan, FineFollowsSeveralPathsOfRoughRays) {
         const FramePlan plan = planOnProcessor(ballScene(), traced(request));
         ASSERT_TRUE(plan.rays.has_value());
         EXPECT_EQ(plan.rays->lobePaths, preset == Preset::fine ? 4u : 1u);
-        const bool printed = toText(plan).find("rough ones by 4 paths each") != std::string::npos;
+        EXPECT_EQ(plan.rays->glassLobePaths, preset == Preset::draft ? 1u : 4u);
+        const bool printed = toText(plan).find("rough mirrors by 4 paths each") != std::string::npos;
         EXPECT_EQ(printed, preset == Preset::fine) << toText(plan);
     }
 }
@@ -140,7 +141,7 @@ TEST(RayPlan, PathsOfRoughRaysAreWorkAndLowerTheError) {
 
     FrameRequest request = traced(lookingFrom({0, 0, 4}));
     const auto samples = [&](std::uint32_t paths) {
-        request.accuracy.raySamples = paths;
+        request.accuracy.raySamples = request.accuracy.glassRaySamples = paths;
         return shadedSamples(planOnProcessor(ballScene(), request));
     };
     EXPECT_GT(samples(8), samples(1)) << "the limit of work counts them";

@@ -48,9 +48,9 @@ TEST(TriangleTree, HasTheHitsOfTheShadersHierarchy) {
                 continue;
             }
             const glm::vec3 normal =
-                glm::cross(tree.triangle(hit.place).b - tree.triangle(hit.place).a,
-                           tree.triangle(hit.place).c - tree.triangle(hit.place).a);
-            EXPECT_LE(tree.triangle(hit.place).side * glm::dot(normal, direction), 0.0f) << id;
+                glm::cross(tree.triangle(hit.triangle).b - tree.triangle(hit.triangle).a,
+                           tree.triangle(hit.triangle).c - tree.triangle(hit.triangle).a);
+            EXPECT_LE(tree.triangle(hit.triangle).side * glm::dot(normal, direction), 0.0f) << id;
         }
         EXPECT_GT(hits, kRays / 10) << id;
         EXPECT_LE(different, hits / 2000) << id;

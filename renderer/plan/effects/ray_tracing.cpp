@@ -54,11 +54,13 @@ void record(std::vector<Draw>& draws, RecordedDraws& recorded) {
     draws.erase(first, draws.end());
 }
 
-std::string reasonOf(std::uint32_t raySamples) {
+std::string reasonOf(const Accuracy& accuracy) {
     std::string reason = "rays of mirrors and glass, followed on the processor";
-    if (raySamples > 1) {
-        reason += "; rough ones by " + std::to_string(raySamples) + " paths each";
-    }
+    const auto add = [&](std::uint32_t paths, const char* of) {
+        if (paths > 1) reason += of + std::to_string(paths) + " paths each";
+    };
+    add(accuracy.raySamples, "; rough mirrors by ");
+    add(accuracy.glassRaySamples, "; rough glass by ");
     return reason;
 }
 
@@ -130,7 +132,7 @@ private:
                     .effect = glass ? Effect::refraction : Effect::environmentReflection,
                     .generation = pass.generation,
                     .target = pass.target,
-                    .reason = reasonOf(context_.stage.settings.accuracy.raySamples),
+                    .reason = reasonOf(context_.stage.settings.accuracy),
                     .work = std::move(rays)};
         pass.work = std::move(work);
         context_.builder.addPass(std::move(pass));
@@ -233,6 +235,7 @@ void planRays(FramePlan& plan, const FrameContext& context, const Stage& stage) 
     rays.contrast = density.contrast;
     rays.contrastBetween = density.contrastBetween;
     rays.lobePaths = stage.settings.accuracy.raySamples;
+    rays.glassLobePaths = stage.settings.accuracy.glassRaySamples;
     // A ray looks to the centre of a light: soft shadows are in the map.
     rays.shadowRays = stage.settings.accuracy.preset == Preset::fine && plan.shadowSamples == 0;
     for (const Instance& instance : stage.scene.instances) {

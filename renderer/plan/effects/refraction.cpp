@@ -81,7 +81,7 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
          backdropError(solid, a.backFaces)}};
     if (limits.rays != Rays::none && !task.captured) {  // captured faces are small and blurred
         const bool processorRays = limits.rays == Rays::processor;
-        const double paths = pathsOfRay(a.raySamples, body.roughness, processorRays);
+        const double paths = pathsOfRay(a.glassRaySamples, body.roughness, processorRays);
         candidates.push_back({Method::traced,
                               milliseconds({.rayPixels = pixels,
                                             .rays = glassRaySegments(a.bounces),

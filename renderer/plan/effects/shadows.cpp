@@ -67,7 +67,7 @@ struct Shown {
     Features (*featuresOf)(const Surface&, Features ofMaterial, Features ofGlass);
 };
 
-// See Draw::middle. 0 for a lamp within the bounds of the body: the light may begin inside.
+// See Draw::middle. 0 for a light within the bounds of the body: the light may begin inside.
 float middleFrom(const Stage& stage, const View& view, const Instance& instance) {
     const Bounds bounds = transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
                                       stage.pose.worldFromNode[instance.node]);

@@ -65,7 +65,7 @@ struct PlacedLight {
     bool operator==(const PlacedLight&) const = default;
 };
 
-inline bool hasRoundLamp(std::span<const PlacedLight> lights) {
+inline bool hasRoundLight(std::span<const PlacedLight> lights) {
     return std::any_of(lights.begin(), lights.end(),
                        [](const PlacedLight& light) { return light.radius > 0.0f; });
 }
@@ -105,7 +105,7 @@ struct Draw {
     std::uint32_t reflection = kNoReflection;  // into the pass's reflections
     // What a channel of labels shows; none: instance + 1. Of the channel `through`: see Through.
     std::optional<std::uint32_t> label;
-    // Of solid glass in a DrawShadowTint: distance of its middle from the lamp, metres; of a lamp
+    // Of solid glass in a DrawShadowTint: distance of its middle from the light, metres; of a light
     // with a direction, along that from the view's eye.
     std::optional<float> middle;
     LightList lights;

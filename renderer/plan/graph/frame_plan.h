@@ -65,7 +65,7 @@ struct FramePlan {
     std::uint32_t shadowSamples = 0;  // of the disc of a light that has a radius; 0: none has one
     bool transparent = false;         // the output has an alpha channel
     bool fewPrograms = false;         // DeviceLimits::fewPrograms
-    double perMetre = 1.0;  // 1 / diagonal of the scene; pictures store distances times this
+    double inverseDiagonal = 1.0;  // 1 / diagonal of the scene; pictures store distances times this
 
     bool operator==(const FramePlan&) const = default;
 };

@@ -32,7 +32,8 @@ struct RayScene {
     std::uint32_t stride = 1;
     std::uint32_t finest = 1;
     float contrast = 0.0f, contrastBetween = 0.0f;
-    std::uint32_t lobePaths = 1;  // of a rough lobe; see rays::Density. Processor only.
+    // Of a rough lobe, mirrored and through glass; see rays::Density. Processor only.
+    std::uint32_t lobePaths = 1, glassLobePaths = 1;
     // What hides lights from what a ray meets is found by rays, not in the shadow map. Processor
     // only.
     bool shadowRays = false;

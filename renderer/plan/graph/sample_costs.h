@@ -10,7 +10,7 @@ namespace clerestory {
 struct SampleFactors {
     std::uint64_t curvedSamples = 0;  // FramePlan::curvedSamples
     std::uint64_t rayBounces = 0;     // RayScene::bounces; 0: no draw traces rays
-    std::uint64_t lobePaths = 1;      // RayScene::lobePaths
+    std::uint64_t lobePaths = 1;      // the greater one of a RayScene
 };
 
 // The fields of a request that determine the size of a frame; see Pass::knobs().

@@ -88,6 +88,7 @@ void addRayScene(PlanHash& hash, const Stage& stage) {
     hash.add(stage.materialsHash);
     hash.add(stage.settings.accuracy.bounces);
     hash.add(stage.settings.accuracy.raySamples);
+    hash.add(stage.settings.accuracy.glassRaySamples);
     hash.add(stage.settings.accuracy.preset);  // the density of rays
     hash.add(stage.settings.effects.emission);
     hash.add(stage.settings.effects.refraction);

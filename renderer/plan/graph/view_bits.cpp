@@ -28,7 +28,7 @@ std::uint32_t viewBits(const FramePlan& plan, const View& view, bool coverage, b
     if (plan.fewPrograms) bits |= VIEW_SHARED_PROGRAMS;
     if (surfaceLight) bits |= VIEW_SURFACE_LIGHT;
     if (surfaceLight && plan.emitters) bits |= VIEW_EMITTERS;
-    if (hasRoundLamp(lights)) bits |= VIEW_ROUND_LAMPS;
+    if (hasRoundLight(lights)) bits |= VIEW_ROUND_LIGHTS;
     if (plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS | kindOfShadows(plan);
     if (plan.shadowSamples > 0) bits |= VIEW_SHADOWS_SOFT;
     if (plan.shadowTints != kNoTarget) bits |= VIEW_SHADOWS_TINTED;
@@ -39,8 +39,8 @@ std::uint32_t viewBits(const FramePlan& plan, const View& view, bool coverage, b
     const bool limited = std::any_of(lights.begin(), lights.end(), [](const PlacedLight& light) {
         return light.kind == LightKind::spot || light.range > 0.0f;
     });
-    if (!limited && lights.size() <= VIEW_LAMPS_MASK) {
-        bits |= static_cast<std::uint32_t>(lights.size()) << VIEW_LAMPS_SHIFT;
+    if (!limited && lights.size() <= VIEW_LIGHTS_MASK) {
+        bits |= static_cast<std::uint32_t>(lights.size()) << VIEW_LIGHTS_SHIFT;
     }
     return bits;
 }

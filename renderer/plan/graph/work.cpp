@@ -39,7 +39,7 @@ SampleFactors factorsOf(const FramePlan& plan) {
     SampleFactors factors{.curvedSamples = plan.curvedSamples};
     if (plan.rays) {
         factors.rayBounces = plan.rays->bounces;
-        factors.lobePaths = plan.rays->lobePaths;
+        factors.lobePaths = std::max(plan.rays->lobePaths, plan.rays->glassLobePaths);
     }
     return factors;
 }

@@ -20,6 +20,7 @@ Accuracy accuracyOf(Preset preset) {
             a.probeSamples = 8;
             a.curvedSamples = 0;
             a.bounces = 2;
+            a.glassRaySamples = 1;
             break;
         case Preset::standard:
             break;

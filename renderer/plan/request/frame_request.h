@@ -6,6 +6,7 @@
 #include "plan/request/camera_request.h"
 #include "plan/request/filter_request.h"
 #include "plan/request/output_request.h"
+#include "plan/request/tone_map.h"
 #include "scene/compose.h"
 #include "scene/fields.h"
 #include "scene/ground.h"
@@ -30,7 +31,6 @@ namespace clerestory {
 
 // ---- the request ---------------------------------------------------------------------------
 
-enum class ToneMap { neutral, aces, linear };
 enum class Preset { draft, standard, fine };
 enum class Background { map, transparent };
 // Techniques for an effect. automatic: the cheapest one that is accurate enough for the preset.
@@ -71,7 +71,8 @@ struct Accuracy {
     Parallax parallax = Parallax::box;
     std::uint32_t bounces =
         4;  // reflections and refractions of a traced ray; then it sees the environment
-    std::uint32_t raySamples = 1;  // paths of a traced ray of a rough surface
+    std::uint32_t raySamples = 1;       // paths of a traced ray of a rough mirror
+    std::uint32_t glassRaySamples = 4;  // the same through rough glass
     // A budget replaces all fields above, which are chosen from the scene's measured curve. The
     // planner and the renderer never see a budget; see comparison/curve.h.
     std::optional<double> maxMilliseconds;
@@ -216,8 +217,11 @@ void fields(Accuracy& a, V&& visit) {
     visit("bounces", a.bounces, Range{1, 16},
           "maximum number of reflections and refractions of a traced ray");
     visit("raySamples", a.raySamples, Range{1, 16},
-          "paths for each traced ray of a rough mirror or of rough glass, where the processor "
-          "follows rays; 1: one path with a blurred end");
+          "paths for each traced ray of a rough mirror, where the processor follows rays; 1: one "
+          "path with a blurred end");
+    visit("glassRaySamples", a.glassRaySamples, Range{1, 16},
+          "the same for each traced ray through rough glass; with 1, what is near behind the glass "
+          "is sharp");
     visit("maxMilliseconds", a.maxMilliseconds, Range{1, 60000, "milliseconds"},
           "budget that replaces the settings: the smallest error within this time, by the measured "
           "curve of the scene");
