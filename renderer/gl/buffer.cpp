@@ -179,8 +179,16 @@ void submitDraws() {
     if (Context::current().capabilities().software) glFlush();
 }
 
-void finishDraws() {
-    glFinish();
+Fence::Fence() : sync_(glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0)) {
+    glFlush();
+}
+Fence::~Fence() {
+    if (sync_) glDeleteSync(static_cast<GLsync>(sync_));
+}
+void Fence::wait() const {
+    constexpr GLuint64 kSecond = 1'000'000'000;
+    while (sync_ && glClientWaitSync(static_cast<GLsync>(sync_), 0, kSecond) == GL_TIMEOUT_EXPIRED) {
+    }
 }
 
 double drawnPixels() {

@@ -95,8 +95,21 @@ void setWidth(float pixels);
 // Makes a software driver start the submitted draws: it bins triangles into tiles on the calling
 // thread and rasterises tiles on others only after a flush. Hardware starts without it.
 void submitDraws();
-// Waits until the submitted draws are finished.
-void finishDraws();
+// The draws that were submitted before it was made; a software driver starts them.
+class Fence {
+public:
+    Fence();
+    ~Fence();
+    Fence(Fence&& other) noexcept : sync_(std::exchange(other.sync_, nullptr)) {}
+    Fence& operator=(Fence&& other) noexcept {
+        std::swap(sync_, other.sync_);
+        return *this;
+    }
+    void wait() const;  // until they are finished
+
+private:
+    void* sync_;  // GLsync
+};
 // Of the viewport.
 double drawnPixels();
 void drawTriangle();  // three vertices without attributes

@@ -11,6 +11,8 @@ namespace {
 
 // Work on a triangle besides its fragments, in fragments.
 constexpr double kPerTriangle = 16.0;
+// Clusters with more are estimated again by their triangles.
+constexpr double kFewFragments = 2e6;
 
 double largestScale(const glm::dmat4& m) {
     return std::max({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])),
@@ -19,22 +21,22 @@ double largestScale(const glm::dmat4& m) {
 
 // 0..1 of the picture: half of the rectangle of a triangle with these corners in clip space; all of
 // the picture if it reaches behind the eye.
-double shareOf(const std::array<glm::dvec4, 3>& corners) {
-    glm::dvec2 low(1.0), high(-1.0);
+float shareOfTriangle(const std::array<glm::vec4, 3>& corners) {
+    glm::vec2 low(1.0f), high(-1.0f);
     int behind = 0;
-    for (const glm::dvec4& c : corners) {
-        if (!(c.w > 0.0)) {
+    for (const glm::vec4& c : corners) {
+        if (!(c.w > 0.0f)) {
             ++behind;
             continue;
         }
-        const glm::dvec2 p = glm::dvec2(c) / c.w;
+        const glm::vec2 p = glm::vec2(c) / c.w;
         low = glm::min(low, p);
         high = glm::max(high, p);
     }
-    if (behind > 0) return behind == 3 ? 0.0 : 1.0;
-    const glm::dvec2 size = glm::max(
-        glm::min(high, glm::dvec2(1.0)) - glm::max(low, glm::dvec2(-1.0)), glm::dvec2(0.0));
-    return 0.5 * 0.25 * size.x * size.y;
+    if (behind > 0) return behind == 3 ? 0.0f : 1.0f;
+    const glm::vec2 size = glm::max(
+        glm::min(high, glm::vec2(1.0f)) - glm::max(low, glm::vec2(-1.0f)), glm::vec2(0.0f));
+    return 0.5f * 0.25f * size.x * size.y;
 }
 
 }  // namespace
@@ -70,94 +72,86 @@ DrawParts::DrawParts(const Scene& scene, std::span<const float> areas, const Pos
 }
 
 // Share of the picture, or several times it, that the triangles of a cluster may cover together.
-double DrawParts::clusterShare(const Draw& draw, std::size_t cluster, const glm::dmat4& toEye,
-                               double scale) const {
-    const Cluster& c = scene_.clusters[cluster];
-    const std::uint32_t drawn =
-        std::min(draw.firstIndex + draw.indexCount, c.firstIndex + c.indexCount) -
-        std::max(draw.firstIndex, c.firstIndex);
-    const double triangles = drawn / 3.0;
+double DrawParts::shareOf(std::size_t cluster, const glm::dmat4& toEye, double scale) const {
     const double share = perArea_ * double{areas_[cluster]} * scale * scale;
-    if (view_.orthographic) return std::min(triangles, share);
-    const double distance = distanceTo(transformed(c.bounds, toEye));
-    return std::min(triangles, share / std::max(distance * distance, 1e-30));
+    if (view_.orthographic) return share;
+    const double distance = distanceTo(transformed(scene_.clusters[cluster].bounds, toEye));
+    return share / std::max(distance * distance, 1e-30);
 }
 
-double DrawParts::estimate(const Draw& draw) const {
-    const Instance& instance = scene_.instances[draw.instance];
-    const Mesh& mesh = scene_.meshes[instance.mesh];
-    const double primitives = draw.indexCount / indicesPer(draw.primitive);
-    if (draw.primitive != Primitive::triangles) {
-        const double width = std::max(double{draw.pointSize}, 1.0);
-        const double length = draw.primitive == Primitive::lines ? 2.0 * std::sqrt(pixels_) : width;
-        return primitives * (std::min(pixels_, width * length) + kPerTriangle);
+// Appends triangles or other primitives of the draw, in their order.
+void DrawParts::append(std::uint32_t firstIndex, std::uint32_t indexCount, double fragments) {
+    if (parts_.empty() || parts_.back().fragments + fragments > kMaxFragments) {
+        parts_.push_back({firstIndex, 0, 0.0});
     }
-    // Deformed triangles may be larger than at rest.
-    if (mesh.deformation != kNone) return primitives * (pixels_ + kPerTriangle);
-    const glm::dmat4& world = pose_.worldFromNode[instance.node];
-    const glm::dmat4 toEye = eyeFromLocal(view_, world);
-    const double scale = largestScale(world);
-    const auto begin = scene_.clusters.begin() + mesh.firstCluster, end = begin + mesh.clusterCount;
-    auto at = std::partition_point(begin, end, [&](const Cluster& c) {
-        return c.firstIndex + c.indexCount <= draw.firstIndex;
-    });
-    double share = 0.0;
-    for (; at != end && at->firstIndex < draw.firstIndex + draw.indexCount; ++at) {
-        share += clusterShare(draw, static_cast<std::size_t>(at - scene_.clusters.begin()), toEye,
-                              scale);
-    }
-    return share * pixels_ + primitives * kPerTriangle;
+    parts_.back().indexCount += indexCount;
+    parts_.back().fragments += fragments;
 }
 
 // By the rectangle of each triangle.
-void DrawParts::divide(const Draw& draw) {
+void DrawParts::appendTriangles(const Draw& draw, std::uint32_t firstIndex, std::uint32_t end) {
     const Instance& instance = scene_.instances[draw.instance];
     const Mesh& mesh = scene_.meshes[instance.mesh];
     const DeformedMesh* deformed = nullptr;
     if (mesh.deformation != kNone && mesh.deformation < pose_.deformed.size()) {
         deformed = pose_.deformed[mesh.deformation].get();
     }
-    const glm::dmat4 clip =
-        view_.clipFromView * view_.viewFromWorld * pose_.worldFromNode[instance.node];
+    const glm::mat4 clip(view_.clipFromView * view_.viewFromWorld *
+                         pose_.worldFromNode[instance.node]);
     const auto corner = [&](std::uint32_t i) {
         const std::uint32_t vertex = scene_.indices[i];
-        const glm::vec3& position =
-            deformed ? deformed->vertices[vertex - deformed->firstVertex].position
-                     : scene_.vertices[vertex].position;
-        return clip * glm::dvec4(glm::dvec3(position), 1.0);
+        return clip * glm::vec4(deformed
+                                    ? deformed->vertices[vertex - deformed->firstVertex].position
+                                    : scene_.vertices[vertex].position,
+                                1.0f);
     };
-    const std::uint32_t end = draw.firstIndex + draw.indexCount;
-    Part part{.firstIndex = draw.firstIndex};
-    for (std::uint32_t i = draw.firstIndex; i + 2 < end; i += 3) {
-        const double fragments =
-            pixels_ * shareOf({corner(i), corner(i + 1), corner(i + 2)}) + kPerTriangle;
-        if (part.indexCount > 0 && part.fragments + fragments > kMaxFragments) {
-            parts_.push_back(part);
-            part = {.firstIndex = i};
-        }
-        part.indexCount += 3;
-        part.fragments += fragments;
+    for (std::uint32_t i = firstIndex; i + 2 < end; i += 3) {
+        append(i, 3,
+               pixels_ * shareOfTriangle({corner(i), corner(i + 1), corner(i + 2)}) + kPerTriangle);
     }
-    if (part.indexCount > 0) parts_.push_back(part);
+}
+
+void DrawParts::appendClusters(const Draw& draw) {
+    const Instance& instance = scene_.instances[draw.instance];
+    const Mesh& mesh = scene_.meshes[instance.mesh];
+    const glm::dmat4& world = pose_.worldFromNode[instance.node];
+    const glm::dmat4 toEye = eyeFromLocal(view_, world);
+    const double scale = largestScale(world);
+    const auto begin = scene_.clusters.begin() + mesh.firstCluster,
+               last = begin + mesh.clusterCount;
+    auto at = std::partition_point(begin, last, [&](const Cluster& c) {
+        return c.firstIndex + c.indexCount <= draw.firstIndex;
+    });
+    const std::uint32_t end = draw.firstIndex + draw.indexCount;
+    for (; at != last && at->firstIndex < end; ++at) {
+        const std::uint32_t first = std::max(draw.firstIndex, at->firstIndex),
+                            next = std::min(end, at->firstIndex + at->indexCount);
+        const double triangles = (next - first) / 3.0;
+        const auto cluster = static_cast<std::size_t>(at - scene_.clusters.begin());
+        const double fragments = pixels_ * std::min(triangles, shareOf(cluster, toEye, scale)) +
+                                 triangles * kPerTriangle;
+        if (fragments <= kFewFragments) {
+            append(first, next - first, fragments);
+        } else {
+            appendTriangles(draw, first, next);
+        }
+    }
 }
 
 std::span<const DrawParts::Part> DrawParts::of(const Draw& draw) {
     parts_.clear();
-    const double fragments = estimate(draw);
-    if (fragments <= kMaxFragments) {
-        parts_.push_back({draw.firstIndex, draw.indexCount, fragments});
-        return parts_;
-    }
-    if (draw.primitive == Primitive::triangles) {
-        divide(draw);
-        return parts_;
-    }
-    const std::uint32_t each = indicesPer(draw.primitive), count = draw.indexCount / each;
-    const double most = std::max(1.0, std::floor(kMaxFragments / (fragments / count)));
-    const auto inPart = static_cast<std::uint32_t>(std::min<double>(most, count));
-    for (std::uint32_t first = 0; first < count; first += inPart) {
-        const std::uint32_t n = std::min(inPart, count - first);
-        parts_.push_back({draw.firstIndex + first * each, n * each, fragments * n / count});
+    if (draw.primitive != Primitive::triangles) {
+        const double width = std::max(double{draw.pointSize}, 1.0);
+        const double length = draw.primitive == Primitive::lines ? 2.0 * std::sqrt(pixels_) : width;
+        const std::uint32_t each = indicesPer(draw.primitive);
+        const double fragments = std::min(pixels_, width * length) + kPerTriangle;
+        for (std::uint32_t i = 0; i < draw.indexCount; i += each) {
+            append(draw.firstIndex + i, each, fragments);
+        }
+    } else if (scene_.meshes[scene_.instances[draw.instance].mesh].deformation != kNone) {
+        appendTriangles(draw, draw.firstIndex, draw.firstIndex + draw.indexCount);
+    } else {
+        appendClusters(draw);
     }
     return parts_;
 }

@@ -37,10 +37,10 @@ public:
     std::span<const Part> of(const Draw& draw);
 
 private:
-    double estimate(const Draw& draw) const;
-    double clusterShare(const Draw& draw, std::size_t cluster, const glm::dmat4& toEye,
-                        double scale) const;
-    void divide(const Draw& draw);
+    double shareOf(std::size_t cluster, const glm::dmat4& toEye, double scale) const;
+    void append(std::uint32_t firstIndex, std::uint32_t indexCount, double fragments);
+    void appendTriangles(const Draw& draw, std::uint32_t firstIndex, std::uint32_t end);
+    void appendClusters(const Draw& draw);
 
     const Scene& scene_;
     std::span<const float> areas_;

@@ -223,6 +223,7 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
         parts.emplace(input.scene->scene(), input.scene->clusterAreas(), input.pose, view.view,
                       gl::drawnPixels());
     }
+    std::optional<gl::Fence> before;
     double unfinished = 0.0;  // fragments
     std::optional<Features> boundFeatures;
     Index boundMaterial = kNone;
@@ -268,7 +269,9 @@ void drawAll(PassResources& resources, const PassInput& input, const PassView& v
         for (const DrawParts::Part& part : parts ? parts->of(draw) : std::span(whole)) {
             unfinished += part.fragments;
             if (unfinished > DrawParts::kMaxFragments) {
-                gl::finishDraws();
+                // One part is binned while the one before it is filled.
+                if (before) before->wait();
+                before.emplace();
                 unfinished = part.fragments;
                 if (isInterrupted(resources, input)) return;
             }
