@@ -96,7 +96,7 @@ const std::uint32_t kNothingMet = shader::hashOfSurfaces(shader::kNoSurfaces, -1
 
 // Of punctual lights that rough glass scatters, along the middle of a lobe that several paths
 // share; see lightBehindGlass().
-vec3 lightAlongMiddle(const RecordedRay& ray, Ray kind, vec3 toEye) {
+vec3 lightAlongMiddle(const RecordedRay& ray, Ray kind, vec3 toEye, std::uint32_t& paths) {
     constexpr std::uint32_t kBoth = shader::FEATURE_LIGHTS | shader::FEATURE_GLASS;
     if ((shader::scene->features & kBoth) != kBoth) return vec3(0.0f);
     shader::FirstRay round = shader::roundRayOf(ray, kind, toEye);
@@ -104,6 +104,7 @@ vec3 lightAlongMiddle(const RecordedRay& ray, Ray kind, vec3 toEye) {
     shader::scatteredLight = vec3(0.0f);
     shader::Sum others;
     shader::addPath(others, ray, kind == Ray::transmitted, toEye, round);
+    paths += others.paths;
     return shader::radianceFinite(shader::scatteredLight);
 }
 
@@ -129,7 +130,7 @@ Path pathOf(const RecordedRay& ray, Ray kind, vec3 toEye, std::span<const shader
     const float weight = sum.weight + sum.openWeight;
     vec3 mean = (sum.radiance + sum.open) / weight;
     if (!isEmpty && first.front().scatter.count > 1) {
-        mean = mean + lightAlongMiddle(ray, kind, toEye);
+        mean = mean + lightAlongMiddle(ray, kind, toEye, sum.paths);
     }
     return {{mean.x, mean.y, mean.z}, sum.surfaces | 1u, weight / sum.nearness, sum.paths};
 }

@@ -178,7 +178,8 @@ void addProbe(ContentHash& h, const Probe& probe) {
     add(h, blur);
 }
 
-void addPlaces(ContentHash& h, const Scene& scene) {
+// With what is at them.
+void addNodes(ContentHash& h, const Scene& scene) {
     for (const Node& n : scene.nodes) {
         const auto& [name, parent, parentFromLocal, visible] = n;
         h.add(name);
@@ -201,7 +202,7 @@ void updateContentHash(Scene& scene) {
     ContentHash h;
     addGeometry(h, scene);
     addAppearance(h, scene);
-    addPlaces(h, scene);
+    addNodes(h, scene);
     addMotion(h, scene);
     for (const Variant& variant : scene.variants) {
         h.add(variant.name);

@@ -13,7 +13,7 @@ using nlohmann::json;
 json strictJson(std::string_view text) {
     try {
         std::vector<std::string> doubled;
-        json parsed = jsonFrom(text, kMaxJsonDepth, doubled);
+        json parsed = jsonFrom(text, kMaxJsonDepth, &doubled);
         if (doubled.empty()) return parsed;
         std::vector<FieldError> errors;
         for (std::string& pointer : doubled) {

@@ -269,9 +269,43 @@ DrawnFrame drawTimed(Renderer& renderer, const FrameRequest& request,
     return {std::move(frame.image), millisecondsSince(start), std::move(frame.plan)};
 }
 
+namespace {
+
+// Whether a frame is still needed by its job, which may stop waiting while the frame is drawn.
+class Need {
+public:
+    explicit Need(const JobControl& control) : control_(&control) {}
+    bool isGone() {
+        const std::lock_guard lock(mutex_);
+        return !control_ || !control_->proceed(0.0);
+    }
+    void end() {
+        const std::lock_guard lock(mutex_);
+        control_ = nullptr;
+    }
+
+private:
+    std::mutex mutex_;
+    const JobControl* control_;  // null: the job does not wait
+};
+
+// The queue's work owns what it uses; see RenderQueue::run().
+DrawnFrame drawOnce(RenderQueue& queue, const FrameRequest& request, const JobControl& control) {
+    const auto need = std::make_shared<Need>(control);
+    const std::shared_ptr<void> whileWaiting(nullptr, [need](void*) { need->end(); });
+    return queue.run(kFramePatience, [request, need, &queue](Renderer& renderer) {
+        const auto end = Clock::now() + kMaxWhileOthersWait;
+        return drawTimed(renderer, request, [&] {
+            return need->isGone() || (Clock::now() > end && queue.hasWaiting());
+        });
+    });
+}
+
+}  // namespace
+
 DrawnFrame drawInQueue(const JobResources& resources, const FrameRequest& request,
                        const JobControl& control) {
-    const auto cancelled = [control] { return !control.proceed(0.0); };
+    const auto cancelled = [&] { return !control.proceed(0.0); };
     for (int interruptions = 0;;) {
         if (cancelled()) throw JobCancelled{};
         try {
@@ -284,13 +318,7 @@ DrawnFrame drawInQueue(const JobResources& resources, const FrameRequest& reques
                 if (light.wait) light.wait(cancelled);
                 if (cancelled()) throw JobCancelled{};
             }
-            return resources.queue.run(
-                kFramePatience, [request, cancelled, &queue = resources.queue](Renderer& renderer) {
-                    const auto end = Clock::now() + kMaxWhileOthersWait;
-                    return drawTimed(renderer, request, [&] {
-                        return cancelled() || (Clock::now() > end && queue.hasWaiting());
-                    });
-                });
+            return drawOnce(resources.queue, request, control);
         } catch (const FrameAbandoned&) {
             if (cancelled()) throw JobCancelled{};
             if (++interruptions == kMaxInterruptions) {

@@ -28,8 +28,7 @@ void malformed(const std::string& message) {
 
 Json parsedFile(std::string_view text) {
     try {
-        std::vector<std::string> doubled;  // nothing forbids them
-        Json json = jsonFrom(text, kMaxDepth, doubled);
+        Json json = jsonFrom(text, kMaxDepth);
         if (!json.is_object()) {
             malformed("the JSON is not an object");
         }

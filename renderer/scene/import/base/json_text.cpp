@@ -11,7 +11,7 @@ using nlohmann::json;
 
 class Builder : public nlohmann::json_sax<json> {
 public:
-    Builder(std::size_t maxDepth, std::vector<std::string>& doubled)
+    Builder(std::size_t maxDepth, std::vector<std::string>* doubled)
         : maxDepth_(maxDepth), doubled_(doubled) {}
 
     bool null() override { return add(nullptr); }
@@ -29,9 +29,9 @@ public:
     bool key(string_t& name) override {
         Level& level = levels_.back();
         level.key = std::move(name);
-        if (!level.value->contains(level.key)) return true;
-        doubled_.push_back(pointer());
-        return doubled_.size() < kMaxFieldErrors;
+        if (!doubled_ || !level.value->contains(level.key)) return true;
+        doubled_->push_back(pointer());
+        return doubled_->size() < kMaxFieldErrors;
     }
 
     bool parse_error(std::size_t byte, const std::string&,
@@ -88,7 +88,7 @@ private:
     }
 
     std::size_t maxDepth_;
-    std::vector<std::string>& doubled_;
+    std::vector<std::string>* doubled_;
     std::vector<Level> levels_;
     json root_;
     std::optional<JsonTextError> error_;
@@ -96,7 +96,7 @@ private:
 
 }  // namespace
 
-json jsonFrom(std::string_view text, std::size_t maxDepth, std::vector<std::string>& doubled) {
+json jsonFrom(std::string_view text, std::size_t maxDepth, std::vector<std::string>* doubled) {
     Builder builder(maxDepth, doubled);
     json::sax_parse(text, &builder);
     if (builder.error()) throw *builder.error();

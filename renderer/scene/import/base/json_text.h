@@ -1,7 +1,7 @@
 // Reads JSON text from outside, in time proportional to its length:
 //
 //     std::vector<std::string> doubled;
-//     const nlohmann::json body = jsonFrom(text, 16, doubled);
+//     const nlohmann::json body = jsonFrom(text, 16, &doubled);
 //
 // nlohmann's parser takes quadratic time in the elements of a list when it has a callback, so this
 // builds the value from the parser's events instead.
@@ -27,10 +27,10 @@ struct JsonTextError : std::runtime_error {
     std::string pointer;  // of numberRange: JSON Pointer of the number
 };
 
-// maxDepth: lists and objects within each other. doubled: JSON Pointers of the names that an object
-// has more than once; reading ends after kMaxFieldErrors of them. Of equal names the last one
-// counts. Throws JsonTextError.
+// maxDepth: lists and objects within each other. Of equal names in an object the last one counts.
+// doubled: receives the JSON Pointers of such names; reading ends after kMaxFieldErrors of them.
+// Throws JsonTextError.
 nlohmann::json jsonFrom(std::string_view text, std::size_t maxDepth,
-                        std::vector<std::string>& doubled);
+                        std::vector<std::string>* doubled = nullptr);
 
 }  // namespace clerestory
