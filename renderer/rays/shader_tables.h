@@ -127,6 +127,11 @@ inline vec4 textureLod(Cube cube, vec3 towards, float level) {
 inline vec4 texture(RawDepths depths, vec2 at) {
     return {depths.map->depthAt(at.x, at.y), 0.0f, 0.0f, 1.0f};
 }
+inline vec4 textureGather(RawDepths depths, vec2 at) {
+    float d[4];
+    depths.map->depthsAbout(at.x, at.y, d);
+    return {d[0], d[1], d[2], d[3]};
+}
 inline vec4 texture(Tints tints, vec2 at) {
     float rgba[4];
     tints.map->tintAt(at.x, at.y, rgba);

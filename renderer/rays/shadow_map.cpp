@@ -134,6 +134,16 @@ float ShadowMap::lit(float x, float y, float depth) const {
         [&](std::size_t texel) { return depth >= depths[texel] ? 1.0f : 0.0f; });
 }
 
+void ShadowMap::depthsAbout(float x, float y, float (&four)[4]) const {
+    const Corners c(x, y, width, height);
+    const float* lower = &depths[std::size_t{c.y0} * width];
+    const float* upper = &depths[std::size_t{c.y1} * width];
+    four[0] = upper[c.x0];
+    four[1] = upper[c.x1];
+    four[2] = lower[c.x1];
+    four[3] = lower[c.x0];
+}
+
 void ShadowMap::tintAt(float x, float y, float (&rgba)[4]) const {
     const Corners corners(x, y, width / 2, height / 2);
     const bool clear = !clearBlocks.empty() && clearBlocks[corners.block()] != 0;

@@ -62,6 +62,35 @@ ShadowPlace shadowPlace(vec4 c, bool six, vec4 about, vec4 tile) {
     return found;
 }
 
+// Depths of four neighbouring texels that differ by more than this number of texels belong to two
+// surfaces, and so do those that are not in one plane within this fraction of their difference.
+const float kSteepest = 4.0f, kTwist = 0.02f;
+
+// Distance from a light, to a constant, at a depth of its picture. metres: from the light to the
+// receiver, 0 for a directional light.
+float shadowMetres(float depth, float metres, vec4 about, vec4 disc) {
+    return metres > 0.0f ? about.w / max(depth, 1e-20f) : -depth * disc.y;
+}
+
+// The share of a light where only some of the four texels about a place hide it. Next to a surface that
+// it touches a receiver is farther from the light than the surface and nearer than the middles of some
+// of its texels: the plane through the four depths decides. first: the light's rows.
+float litBetweenTexels(ShadowPlace s, float lit, float metres, int first, vec4 about) {
+    vec4 depths = textureGather(shadowDepths, s.at);
+    float nearest = max(max(depths.x, depths.y), max(depths.z, depths.w));
+    float farthest = min(min(depths.x, depths.y), min(depths.z, depths.w));
+    float twist = abs(depths.x + depths.z - depths.y - depths.w);
+    if (twist > kTwist * (nearest - farthest) + 1e-6f * nearest) return lit;
+    vec4 disc = texelFetch(lightTable, first + 9);
+    float range = shadowMetres(farthest, metres, about, disc) -
+                  shadowMetres(nearest, metres, about, disc);
+    if (range > kSteepest * (about.y * metres + about.z)) return lit;
+    vec2 at = s.at / view.shadows.xy - vec2(0.5f);
+    at -= floor(at);
+    float plane = mix(mix(depths.w, depths.z, at.x), mix(depths.x, depths.y, at.x), at.y);
+    return s.depth >= plane ? 1.0f : 0.0f;
+}
+
 // A blocker near the ray to the light's centre hides a part of its disc if its distance from that ray is
 // at most the radius of the beam from the disc. The search radius is the width of the beam at a quarter
 // of the distance or, for a directional light, at a quarter of the depth of its picture.
@@ -107,8 +136,9 @@ float softShadow(vec4 c, vec3 source, vec3 toLight, float metres, int first, vec
         }
         turn = i - floor(i) < 0.25f ? -turn : nextTurn(-turn);
     }
-    if (blockers > 0.0f) {
-        float width = sum / blockers;
+    // Within a texel the edge is that of the light's centre.
+    float width = sum / max(blockers, 1.0f);
+    if (width > about.y * metres + about.z) {
         lit = 0.0f;
         for (float i = 0.5f; i < count; i += 1.0f) {
             float away = width * sqrt(i / count);
@@ -141,6 +171,7 @@ vec3 shadowAt(vec3 position, vec3 offset, vec3 source, vec3 toLight, float metre
     // Sides that face away from the light receive no light from it.
     if (dot(offset, toLight) > 0.0f && about.x > 0.5f) {
         lit = texture(shadowMap, vec3(s.at, s.depth));
+        if (lit > 0.0f && lit < 1.0f) lit = litBetweenTexels(s, lit, metres, first, about);
         if (viewHas(VIEW_SHADOWS_SOFT) && texelFetch(lightTable, first + 9).x > 0.0f) {
             lit = softShadow(c, source, toLight, metres, first, about, tile, s.inside ? lit : 1.0f);
         }
