@@ -119,11 +119,12 @@ vec3 shaded(inout MaterialPoint m) {
     // Pictures and rays contain the occlusion that an occlusion texture approximates.
     const uint kLooked = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_TRACED_REFLECTION;
     vec3 punctual = punctualLightAt(s);
-    if (!has(kLooked)) punctual += emittersLight(s);
+    float looked = picturedShare(s);
+    if (looked < 1.0f) punctual += (1.0f - looked) * emittersLight(s);
     if (layered(LAYER_SHEEN | LAYER_CLEARCOAT)) {
         return punctual + layeredLight(s, mirrored, has(kLooked) ? 1.0f : occlusion, occlusion);
     }
-    weighRays(s.reflectance, vec3(0.0f));
+    weighRays(looked * s.reflectance, vec3(0.0f));
     return punctual + s.reflectance * mirrored * (has(kLooked) ? 1.0f : occlusion) +
            occlusion * diffuseLight(s);
 }

@@ -17,6 +17,11 @@ glm::vec4 meanOf(const Scene& scene, const TextureSlot& slot) {
     return scene.images[scene.textures[slot.texture].image].mean;
 }
 
+float leastGreenOf(const Scene& scene, const TextureSlot& slot) {
+    if (!slot.present()) return 1.0f;
+    return scene.images[scene.textures[slot.texture].image].leastGreen;
+}
+
 float average(const glm::vec3& c) {
     return (c.x + c.y + c.z) / 3.0f;
 }
@@ -74,7 +79,11 @@ void setReflectors(const Material& m, MaterialClass& c) {
         return both(Reflector::none, Reflector::none, ReflectorReason::roughMetal);
     }
     if (!smooth) {
-        return both(Reflector::none, Reflector::none, ReflectorReason::roughDielectric);
+        both(Reflector::none, Reflector::none, ReflectorReason::roughDielectric);
+        if (c.smoothest > kPatchRoughness || m.alphaMode == AlphaMode::mask) return;
+        c.onFlat = Reflector::flat;
+        c.reasonFlat = ReflectorReason::patches;
+        return;
     }
     if (m.alphaMode == AlphaMode::mask) {
         return both(Reflector::none, Reflector::none, ReflectorReason::alphaMasked);
@@ -122,6 +131,8 @@ MaterialClass classOf(const Scene& scene, const Material& m) {
     const glm::vec4 surface = meanOf(scene, m.metallicRoughnessTexture);
     c.metallic = m.metallic * surface.b;
     c.roughness = m.roughness * surface.g;
+    c.smoothest =
+        std::min(c.roughness, m.roughness * leastGreenOf(scene, m.metallicRoughnessTexture));
     c.transmission = m.transmission * meanOf(scene, m.transmissionTexture).r;
     c.clearcoat = m.clearcoat * meanOf(scene, m.clearcoatTexture).r;
     c.clearcoatRoughness = m.clearcoatRoughness * meanOf(scene, m.clearcoatRoughnessTexture).g;
@@ -168,6 +179,7 @@ std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& mate
                      .reflector = c.onCurved,
                      .reason = c.reasonCurved,
                      .roughness = c.roughness,
+                     .smoothest = c.smoothest,
                      .reflectance = c.reflectance,
                      .slope = c.slope,
                      .area = mesh.area};
@@ -186,7 +198,7 @@ std::vector<Surface> surfacesOf(const Scene& scene, const MaterialBindings& mate
                 mirror.area = part.area;
                 if (c.reasonFlat == ReflectorReason::clearcoat) {
                     const Material& m = materials.material(scene, material);
-                    mirror.roughness = c.clearcoatRoughness;
+                    mirror.roughness = mirror.smoothest = c.clearcoatRoughness;
                     mirror.reflectance = kClearcoatF0 * c.clearcoat;
                     mirror.slope = slopeOf(scene, m.clearcoatNormalTexture, m.clearcoatNormalScale);
                 }
@@ -212,6 +224,9 @@ std::string reflectorReason(const Scene& scene, const MaterialBindings& material
                              roughness);
         case ReflectorReason::gloss:
             return formatted("smooth (roughness %.2g) and in one plane", roughness);
+        case ReflectorReason::patches:
+            return formatted("in one plane, with smooth patches (roughness %.2g; on average %.2g)",
+                             surface.smoothest, roughness);
         case ReflectorReason::bright:
             return formatted("smooth (roughness %.2g) and bright (reflectance %.2g)", roughness,
                              surface.reflectance);

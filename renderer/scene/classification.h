@@ -27,6 +27,7 @@ enum class ReflectorReason : std::uint8_t {
     // It reflects:
     metal,      // metallic >= kMirrorMetallic and roughness <= kMirrorRoughness
     gloss,      // a smooth dielectric in one plane: floors, panes, table tops
+    patches,    // a dielectric in one plane, at least a tenth of it as smooth as kPatchRoughness
     bright,     // a smooth, opaque dielectric that reflects kBrightReflectance or more
     clearcoat,  // a smooth coat in one plane
     requested,  // reflection: mirror
@@ -47,6 +48,7 @@ enum class ReflectorReason : std::uint8_t {
 inline constexpr float kMirrorMetallic = 0.5f;
 inline constexpr float kMirrorRoughness = 0.5f;
 inline constexpr float kGlossRoughness = 0.3f;
+inline constexpr float kPatchRoughness = 0.15f;
 inline constexpr float kBrightReflectance = 0.15f;  // at normal incidence; glazes have 0.04
 inline constexpr float kMirrorClearcoat = 0.5f;     // least share of the surface
 inline constexpr float kMirrorAnisotropy = 0.1f;    // greatest strength
@@ -60,6 +62,7 @@ struct MaterialClass {
     ReflectorReason reasonFlat = ReflectorReason::roughDielectric,
                     reasonCurved = ReflectorReason::roughDielectric;
     float metallic = 0.0f, roughness = 1.0f, transmission = 0.0f;
+    float smoothest = 1.0f;  // roughness of the smoothest tenth of its texels
     float clearcoat = 0.0f, clearcoatRoughness = 0.0f;
     float reflectance = 0.0f;  // at normal incidence, mean of the channels
     float slope = 0.0f;        // of its normal map: root mean square
@@ -80,6 +83,7 @@ struct Surface {
     Reflector reflector = Reflector::none;
     ReflectorReason reason = ReflectorReason::roughDielectric;
     float roughness = 1.0f;    // mean
+    float smoothest = 1.0f;    // of the smoothest tenth of its texels
     float reflectance = 0.0f;  // at normal incidence, mean
     float slope = 0.0f;        // of its bumps: root mean square
     double area = 0.0;         // mesh space

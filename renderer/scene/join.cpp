@@ -88,6 +88,7 @@ private:
                                      .hasAlpha = image.hasAlpha,
                                      .packedNormal = image.packedNormal,
                                      .mean = image.mean,
+                                     .leastGreen = image.leastGreen,
                                      .slope = image.slope});
         }
         for (Texture t : part_.textures) {

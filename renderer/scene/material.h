@@ -55,7 +55,8 @@ struct TextureImage {
     bool hasAlpha = false;  // a texel has alpha below 255
     // R and A are x and y of unit normals, each from -1 to 1; see packNormals().
     bool packedNormal = false;
-    glm::vec4 mean{1.0f};  // of all texels, linear light; alpha too
+    glm::vec4 mean{1.0f};     // of all texels, linear light; alpha too
+    float leastGreen = 1.0f;  // mean of the tenth of the texels with the least green; linear images
     // Root mean square of the slopes of a normal map; 0 for other images. See packNormals().
     float slope = 0.0f;
     std::vector<std::uint8_t> texels;

@@ -72,6 +72,7 @@ void join(TextureImage& normals, const TextureImage& numbers) {
         texel[3] = static_cast<std::uint8_t>((y * perLength + 1.0f) * 127.5f + 0.5f);
     }
     normals.mean = numbers.mean;
+    normals.leastGreen = numbers.leastGreen;
     normals.packedNormal = true;
 }
 

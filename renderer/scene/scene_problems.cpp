@@ -181,7 +181,8 @@ private:
             }
             require(valid && texels * 4 == image.texels.size(),
                     "an image's levels do not fit its size", i);
-            require(finite(image.mean) && std::isfinite(image.slope) && image.slope >= 0.0f,
+            require(finite(image.mean) && std::isfinite(image.leastGreen) &&
+                        std::isfinite(image.slope) && image.slope >= 0.0f,
                     "an image's mean or slope is not finite", i);
         }
         for (std::size_t i = 0; i < scene_.textures.size(); ++i) {

@@ -60,8 +60,27 @@ void halve(const std::uint8_t* from, std::uint32_t width, std::uint32_t height, 
 
 }  // namespace
 
+namespace {
+
+float leastGreenOf(const TextureImage& image) {
+    std::array<std::uint64_t, 256> texelsWith{};
+    const std::uint64_t count = std::uint64_t{image.width} * image.height;
+    for (std::uint64_t i = 0; i < count; ++i) ++texelsWith[image.texels[4 * i + 1]];
+    const std::uint64_t tenth = std::max<std::uint64_t>(1, count / 10);
+    std::uint64_t taken = 0, sum = 0;
+    for (std::uint64_t code = 0; code < texelsWith.size() && taken < tenth; ++code) {
+        const std::uint64_t more = std::min(texelsWith[code], tenth - taken);
+        sum += more * code;
+        taken += more;
+    }
+    return static_cast<float>(sum) / (255.0f * static_cast<float>(tenth));
+}
+
+}  // namespace
+
 void buildLevels(TextureImage& image) {
     image.hasAlpha = false;
+    image.leastGreen = image.colorSpace == ColorSpace::linear ? leastGreenOf(image) : 1.0f;
     for (std::size_t i = 3; i < 4ull * image.width * image.height; i += 4) {
         if (image.texels[i] != 255) {
             image.hasAlpha = true;

@@ -7,7 +7,7 @@
 namespace clerestory {
 
 // Extends `texels` from level 0 (width * height * 4 bytes) to all levels down to 1x1. Averages in
-// linear light, not weighted by alpha. Sets levels, texels, mean and hasAlpha.
+// linear light, not weighted by alpha. Sets levels, texels, mean, leastGreen and hasAlpha.
 void buildLevels(TextureImage& image);
 
 }  // namespace clerestory

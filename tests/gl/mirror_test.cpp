@@ -244,6 +244,57 @@ TEST_F(Mirrors, BlurMoreTheRougherTheyAre) {
     }
 }
 
+// A road whose left half is smooth and whose right half is rough: the left one is the mirror that a
+// smooth road is, and the right one is as dull as a rough road.
+TEST_F(Mirrors, SmoothPatchesMirrorAndTheRestDoesNot) {
+    enum class Road { smooth, rough, both };
+    for (const PlanarMethod method : {PlanarMethod::mirror, PlanarMethod::traced}) {
+        const auto drawn = [&](Road road) {
+            Scene scene;
+            Material wet;
+            wet.metallic = 0.0f;
+            wet.baseColor = {0.1f, 0.1f, 0.1f, 1.0f};
+            wet.ior = 3.0f;
+            wet.roughness = road == Road::rough    ? 204.0f / 255.0f
+                            : road == Road::smooth ? 0.0f
+                                                   : 1.0f;
+            if (road == Road::both) {
+                const glm::u8vec4 low(0, 0, 0, 255), high(0, 204, 0, 255);
+                wet.metallicRoughnessTexture.texture =
+                    addTexture2x2(scene, {low, high, low, high}, Wrap::clampToEdge);
+                scene.images.back().mean = {0.0f, 0.4f, 0.0f, 1.0f};
+                scene.images.back().leastGreen = 0.0f;
+            }
+            place(scene, quad(2.0f, addMaterial(scene, std::move(wet))));
+            for (const double x : {-2.2, 2.2}) {
+                const Material lamp = glowing(glm::vec3(1.0f, 0.5f, 0.2f));
+                place(scene, quad(0.3f, addMaterial(scene, lamp)), moved(x, 0.4, 1.5));
+            }
+            FrameRequest r = request(std::move(scene), "road", {0.0, 0.0, 1.4});
+            r.width = r.height = 96;
+            r.accuracy.planar = method;
+            r.accuracy.emitterCoverage = false;
+            return renderer().render(r).image;
+        };
+        const Image both = drawn(Road::both), smooth = drawn(Road::smooth),
+                    rough = drawn(Road::rough);
+        double most = 0.0;
+        for (std::uint32_t y = 0; y < 96; ++y) {
+            for (std::uint32_t x = 0; x < 96; ++x) {
+                // The texture is interpolated between the middles of its texels.
+                if (x >= 20 && x < 76) continue;
+                const glm::vec3 expected = color(x < 48 ? smooth : rough, x, y);
+                for (int k = 0; k < 3; ++k) {
+                    EXPECT_NEAR(color(both, x, y)[k], expected[k], 0.002f) << x << ' ' << y;
+                }
+                most =
+                    std::max(most, double(std::abs(color(smooth, x, y).x - color(rough, x, y).x)));
+            }
+        }
+        EXPECT_GT(most, 0.1) << "the halves differ";
+    }
+}
+
 // A pillar of long triangles, of which each corner comes first once: its normals turn across them
 // and not along them.
 MeshDraft pillar(float radius, float height, Index material) {

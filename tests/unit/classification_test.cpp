@@ -2,6 +2,7 @@
 #include "scene/classification.h"
 #include "plan_scenes.h"
 #include "scene/flat_mirrors.h"
+#include "scene/texture_images.h"
 
 #include <gmock/gmock.h>
 
@@ -130,6 +131,33 @@ TEST(Classification, TexturesContributeTheirMean) {
     EXPECT_EQ(c.metallic, 0.25f);
     EXPECT_EQ(c.roughness, 0.5f);
     EXPECT_EQ(c.reasonFlat, ReflectorReason::roughDielectric);
+}
+
+// A road with puddles: a plane that is rough on average mirrors in its smooth patches.
+TEST(Classification, SmoothPatchesMirrorInAPlane) {
+    Scene scene;
+    TextureImage road{.name = "road", .width = 4, .height = 5};
+    for (int i = 0; i < 20; ++i) {
+        const std::uint8_t green = i < 3 ? 10 : 200;
+        road.texels.insert(road.texels.end(), {0, green, 0, 255});
+    }
+    buildLevels(road);
+    EXPECT_FLOAT_EQ(road.leastGreen, 10.0f / 255.0f);
+    scene.images.push_back(road);
+    scene.textures.push_back({.image = 0});
+    Material m;
+    m.metallicRoughnessTexture.texture = 0;
+    const MaterialClass c = classOf(scene, m);
+    EXPECT_GT(c.roughness, kGlossRoughness);
+    EXPECT_FLOAT_EQ(c.smoothest, 10.0f / 255.0f);
+    EXPECT_EQ(c.onFlat, Reflector::flat);
+    EXPECT_EQ(c.reasonFlat, ReflectorReason::patches);
+    EXPECT_EQ(c.onCurved, Reflector::none);
+    m.roughness = 0.0f;  // everywhere
+    EXPECT_EQ(classOf(scene, m).reasonFlat, ReflectorReason::gloss);
+    scene.images[0].leastGreen = 0.5f;
+    m.roughness = 1.0f;
+    EXPECT_EQ(classOf(scene, m).onFlat, Reflector::none);
 }
 
 TEST(Classification, ReflectanceIsThatAlongTheNormal) {

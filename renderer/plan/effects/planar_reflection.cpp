@@ -58,6 +58,7 @@ struct MirrorGroup {
     Plane plane;                       // world; its front faces the eye
     double height = 0.0;               // of the eye above the plane, metres
     double roughness = 0.0;            // of the roughest surface, 0..1
+    double smoothest = 1.0;            // roughness of the smoothest surface's smoothest part
     double slope = 0.0;                // of the bumps of the most uneven surface
     double share = 0.0, weight = 0.0;  // in the view, 0..1; see kMinWeight
     Subject subject;
@@ -162,6 +163,7 @@ std::vector<MirrorGroup> visibleMirrors(ViewContext& context, const ViewTask& ta
         group.share = std::min(1.0, group.share + s.share);
         group.weight += reflectanceSeen(s.surface->reflectance, cosine) * s.share;
         group.roughness = std::max(group.roughness, double(s.surface->roughness));
+        group.smoothest = std::min(group.smoothest, double(s.surface->smoothest));
         group.slope = std::max(group.slope, double(s.surface->slope));
         group.seen.push_back(i);
     }
@@ -199,7 +201,8 @@ MirrorPicture pictureOf(const MirrorGroup& group, const ViewTask& task, const Ac
                                  : within(alignedToGrid(touched, kSharpSquare), task);
     picture.view =
         mirroredView(cropped(task.view, picture.rect, task.width, task.height), group.plane);
-    picture.coarse = a.preset != Preset::fine && 4.898979486 * alpha * slope > kCoarseBlur;
+    const double narrowest = group.smoothest * group.smoothest;
+    picture.coarse = a.preset != Preset::fine && 4.898979486 * narrowest * slope > kCoarseBlur;
     picture.scale = picture.coarse ? 0.5 * a.planarScale : a.planarScale;
     picture.width = static_cast<std::uint32_t>(std::ceil(picture.rect.width * picture.scale));
     picture.height = static_cast<std::uint32_t>(std::ceil(picture.rect.height * picture.scale));

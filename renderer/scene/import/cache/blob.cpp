@@ -42,7 +42,7 @@ void serialize(A& a, glm::dmat4& m) {
 template <class A>
 void serialize(A& a, TextureImage& i) {
     a(i.name), a(i.width), a(i.height), a(i.levels), a(i.hasAlpha), a(i.packedNormal), a(i.mean),
-        a(i.slope);
+        a(i.leastGreen), a(i.slope);
     a(i.texels);
     a(i.colorSpace, ColorSpace::srgb);
 }
