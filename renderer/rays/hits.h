@@ -13,6 +13,7 @@ struct SurfaceHit {
     bool begins = true;  // false: the ray began behind a surface that is not drawn from there
     float distance = 0.0f;
     std::uint32_t instance = 0;
+    std::uint32_t face = 0;          // triangle of the TriangleTree
     std::uint32_t vertices[3] = {};  // of Surroundings::vertices
     float weights[3] = {};           // of the vertices
     glm::vec3 normal{0.0f};          // unit, eye space's axes, towards the ray's start

@@ -12,7 +12,7 @@ using Halves = std::uint32_t;
 
 struct Start {
     float position[3];  // metres from the origin of the TriangleTree, world axes
-    Halves cone;        // of the pixel: slope; log2 of the width in metres
+    Halves cone;        // of the pixel: slope, negative if it narrows; log2 of the width in metres
     // The shader writes 0 where no ray starts.
     bool present() const { return (cone & 0xffffu) != 0; }
     bool operator==(const Start&) const = default;

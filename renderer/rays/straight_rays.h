@@ -60,6 +60,7 @@ void describe(const Hit& hit, const HitPoint& p, SurfaceHit& result) {
     result.weights[0] = 1.0f - hit.weights.x - hit.weights.y;
     result.met = true;
     result.instance = static_cast<std::uint32_t>(p.instance);
+    result.face = inTree;
     const MaterialPoint& m = p.material;
     result.normal = plain(m.normal);
     const vec3 color(m.baseColor.x, m.baseColor.y, m.baseColor.z);
@@ -104,7 +105,7 @@ std::optional<PointHit> pointAlong(vec3 start, vec3 along, RayCone cone) {
     for (int passed = 0; passed < kMaxSurfaces; ++passed) {
         const Hit hit = nearest(start, worldAxes(along));
         if (hit.triangle < 0) return std::nullopt;
-        cone.width += cone.pixel * hit.distance;
+        cone = coneAfter(cone, hit.distance);
         const HitPoint p = hitPoint(hit, along, cone.width);
         if (isAbsent(p)) {
             start = offsetRayOrigin(p.position, -p.faceNormal, p.reach);
@@ -158,7 +159,7 @@ SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit, Hit h
         }
         result.distance += hit.distance;
         left -= hit.distance;
-        cone.width += cone.pixel * hit.distance;
+        cone = coneAfter(cone, hit.distance);
         const HitPoint p = hitPoint(hit, along, cone.width);
         const MaterialPoint& m = p.material;
         const bool leaves = (p.flags & TRACE_SOLID) != 0 && !p.front;

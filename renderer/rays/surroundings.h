@@ -34,7 +34,7 @@ struct Surroundings {
     glm::vec3 eye{0.0f};         // from the tree's origin, world axes
     glm::vec3 towardsEye{0.0f};  // unit, world axes, of an orthographic view; else 0
     glm::mat3 worldFromEye{1.0f};
-    std::uint32_t bounces = 0;      // maximum of reflections and refractions of a ray
+    std::uint32_t bounces = 0;      // as Accuracy::bounces
     std::uint64_t hitFeatures = 0;  // union of the features of all surfaces
     // Values of light at vertices (light/surface_light.h), SURFACE_LIGHT_ROWS of four integers
     // each; empty: the environment lights all surfaces.

@@ -38,6 +38,7 @@ struct HitPoint {
     float reach;      // greatest coordinate of the triangle's corners
     NormalChange change;
     float curvature;  // change of the normal per metre, without bumps
+    bool bulges;      // towards the ray
     // Of bumps over the width of the cone, along either texture coordinate.
     Turn turn, clearcoatTurn;
     vec3 faceNormal;  // unit, of the triangle, against the ray
@@ -411,6 +412,7 @@ HitPoint hitPoint(Hit hit, vec3 along, float width) {
     p.change = NormalChange(edgeB * inverseEdge, edgeC * inverseEdge, normalB - normalA, normalC - normalA,
                             inverseEdge);
     p.curvature = meanChange(p.change);
+    p.bulges = (dot(p.change.toB, edgeB) + dot(p.change.toC, edgeC) > 0.0f) == p.front;
     vec3 meshNormal = n;
     vec3 t = vec3(0.0f);
     float bitangentSign = 1.0f;

@@ -19,9 +19,25 @@ vec3 eyeAxes(vec3 v) {
 // rough surfaces those of the environment, too.
 struct RayCone {
     float width;  // metres, where the ray starts
-    float pixel;
+    float pixel;  // negative: it narrows towards a focus
     float lobe;
 };
+
+// The cone after some metres. Behind its focus it widens. Rays at the rim of a lens do not meet in its
+// focus, so that a cone keeps this fraction of its width.
+const float kFocus = 0.3f;
+RayCone coneAfter(RayCone cone, float metres) {
+    float width = cone.width + cone.pixel * metres;
+    if (width < 0.0f) cone.pixel = -cone.pixel;
+    cone.width = max(abs(width), kFocus * cone.width) + cone.lobe * metres;
+    return cone;
+}
+
+// The slope of a pixel's cone behind a face, for light close to the face's normal. curvature: of the
+// face, 1 / metres, above 0 where it bulges towards the ray; eta: index behind it over that before it.
+float slopeBehind(RayCone cone, float curvature, float eta) {
+    return cone.pixel / eta - (1.0f - 1.0f / eta) * curvature * cone.width;
+}
 
 // Away from the face that a ray leaves from, on the side of `normal`. Corners and sums of them are
 // off by some 2^-22 of their greatest coordinate.

@@ -9,6 +9,10 @@ const float kTracedRoughness = 0.3f;
 const float kMinMirrored = 0.05f;
 // Flat: the normal turns by less than this, radians, over the ray's length.
 const float kFlatEnough = 1e-3f;
+// Of a reflection, what crossing a face of glass counts, and a reflection inside it at a flat face. Vessels
+// that hold a liquid have many faces, and the light hardly falls from one to the next. After reflections at
+// curved faces neighbouring paths have nothing in common, and one of them does not show their mean.
+const float kTurnOfGlass = 1.0f / 3.0f;
 // Holes of masks that a path may pass.
 const int kMaxHoles = 12;
 
@@ -18,7 +22,7 @@ const float kWidePixel = 0.5f;
 vec3 environmentAtEnd(vec3 along, RayCone cone) {
     // Half the slope of a cone is the alpha of a mirror with such a lobe. A pixel's footprint is uniform, without
     // tails, and matters only where it is wide: after glass and repeated reflections in small round objects.
-    float alpha = 0.5f * cone.lobe + 0.25f * max(cone.pixel - kWidePixel, 0.0f);
+    float alpha = 0.5f * cone.lobe + 0.25f * max(abs(cone.pixel) - kWidePixel, 0.0f);
     return environmentAlong(along, min(sqrt(alpha), 1.0f));
 }
 
@@ -45,7 +49,7 @@ vec3 turnOverCone(IN(HitPoint) p, RayCone cone, vec3 d, float cosine) {
     float across = length(change);
     change /= max(max(cosine, sqrt(0.5f * across)), 1e-6f);
     // A hollow surface may turn against the spread of a cone, but not against that of a lobe.
-    vec3 turn = (dot(change, d) < 0.0f ? -change : change) + d * (0.5f * (cone.pixel + cone.lobe));
+    vec3 turn = (dot(change, d) < 0.0f ? -change : change) + d * (0.5f * (abs(cone.pixel) + cone.lobe));
     const float kEdge = 0.8862269f;  // of a square as large as a disc, over its diameter
     return turn * (kEdge * min(kMaxTurned / max(length(turn), 1e-6f), 1.0f));
 }
@@ -71,7 +75,7 @@ vec3 punctualLightAtHit(IN(HitPoint) p, IN(Surface) s) {
 vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool direct) {
     vec3 sum = vec3(0.0f);
     vec3 weight = vec3(1.0f);
-    int turns = int(tracing.limits.x);
+    float turns = tracing.limits.x;
     int holes = kMaxHoles;
     bool going = true;
     do {
@@ -82,7 +86,7 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
             break;
         }
         float travelled = hit.distance;
-        cone.width += (cone.pixel + cone.lobe) * travelled;
+        cone = coneAfter(cone, travelled);
         HitPoint p = hitPoint(hit, along, cone.width);
         MaterialPoint m = p.material;
         if (viewHas(VIEW_SURFACE_LIGHT)) m.occlusion = 1.0f;  // light at vertices has the occlusion
@@ -203,8 +207,10 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
             }
             weight *= part * followed + (1.0f - coverage);
             cone.lobe += lobeOfPath(spread);
-            float turn = p.curvature * cone.width;  // of the normal over the cone
-            cone.pixel += solid ? (crosses ? abs(eta - 1.0f) : 2.0f) * turn : 0.0f;
+            if (solid) {
+                cone.pixel = crosses ? slopeBehind(cone, p.bulges ? p.curvature : -p.curvature, eta)
+                                     : abs(cone.pixel) + 2.0f * p.curvature * cone.width;
+            }
         }
         if (veil) weight *= 1.0f - coverage;
         if (mirror) {
@@ -212,15 +218,16 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
             crosses = false;
             weight *= reflectance;
             cone.lobe += lobeOfPath(2.0f * alpha);
-            cone.pixel += 2.0f * p.curvature * cone.width;
+            cone.pixel = abs(cone.pixel) + 2.0f * p.curvature * cone.width;
         }
         direct = direct && crosses;
         bool turned = solid || pane || mirror;
         bool passed = hole || veil;
-        turns -= turned ? 1 : 0;
+        bool plain = crosses || (leaves && p.curvature * travelled < kFlatEnough);
+        turns -= turned ? (plain ? kTurnOfGlass : 1.0f) : 0.0f;
         holes -= passed ? 1 : 0;
         bool counts = share * maxComponent(weight) >= tracing.limits.z;
-        going = (turned && turns >= 0 && counts) || passed;
+        going = (turned && turns > -1e-3f && counts) || passed;
         // No bounce left.
         if (!going && turned) sum += weight * surroundingsAtEnd(p, next, cone, direct);
         start = offsetRayOrigin(p.position + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);

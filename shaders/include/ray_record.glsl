@@ -34,13 +34,15 @@ vec2 octahedral(vec3 v) {
     return v.z < 0.0f ? turned : p;
 }
 
-// The smallest normal half float: a record with it or more is one.
+// The smallest normal half float: a record with a slope as great is one.
 const float kLeastPixelSlope = 6.2e-5f;
 
 uvec4 startOf(PixelRay ray) {
     float width = clamp(log2(max(ray.cone.width, 1e-30f)), -100.0f, 100.0f);
     return uvec4(floatBitsToUint(ray.start),
-                 packHalf2x16(vec2(max(ray.cone.pixel, kLeastPixelSlope), width)));
+                 packHalf2x16(vec2(ray.cone.pixel < 0.0f ? min(ray.cone.pixel, -kLeastPixelSlope)
+                                                         : max(ray.cone.pixel, kLeastPixelSlope),
+                                   width)));
 }
 // intoBody: through one face of a body, not through both of a pane; the sign of the slope says so.
 uvec4 wayOf(PixelRay ray, vec3 share, bool intoBody) {

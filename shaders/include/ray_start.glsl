@@ -40,11 +40,18 @@ PixelRay mirroredRay(Surface s, vec3 position) {
                     mirroredLobe(towards, s.toEye, lobe));
 }
 
+// Above 0 where rays of neighbouring pixels part.
+float partingOf(vec3 position, vec3 towards) {
+    return dot(dFdx(position), dFdx(towards)) + dot(dFdy(position), dFdy(towards));
+}
+
 // Into or out of clear glass; starts so far `aside`.
 PixelRay transmittedRay(Surface s, vec3 position, vec3 aside, vec3 inside, float lobe) {
     vec3 face = faceNormalAt(position, s.toEye, s.normal);
-    return PixelRay(startBeside(position, -face) + worldAxes(aside), inside,
-                    coneAt(position, inside, lobe), RoundLobe(inside, 0.5f * lobe));
+    RayCone cone = coneAt(position, inside, lobe);
+    if (partingOf(position, inside) < 0.0f) cone.pixel = -cone.pixel;
+    return PixelRay(startBeside(position, -face) + worldAxes(aside), inside, cone,
+                    RoundLobe(inside, 0.5f * lobe));
 }
 
 struct GlassRays {

@@ -2,6 +2,7 @@
 // sheets where rays hit them.
 #include "../support/compare_images.h"
 #include "glass_truth.h"
+#include "scene/texture_images.h"
 #include "trace_support.h"
 
 using namespace clerestory;
@@ -103,6 +104,87 @@ TEST(TracedGlass, InAClosedRoomShowsNoSky) {
             }
         }
     }
+}
+
+// Light crosses bodies one behind the other, as the walls of a vessel and what it holds, with the
+// fewest turns. It loses no more than what their faces reflect.
+TEST(TracedGlass, BodiesOneBehindTheOtherAreClear) {
+    constexpr float kIor = 1.3f;
+    constexpr int kBodies = 3;
+    Scene scene;
+    scene.environment = "black";
+    place(scene, quad(40.0f, addMaterial(scene, glowing({1, 1, 1}))), moved(0, 0, -30));
+    Material glass = clearGlass(kIor);
+    glass.thickness = 0.2f;
+    const Index material = addMaterial(scene, glass);
+    for (int i = 0; i < kBodies; ++i) place(scene, cube(0.2f, material), moved(0, 0, -i));
+    FrameRequest r = glassShot({0, 0, 4}, {0, 0, 0}, 0.02);
+    r.accuracy.bounces = 2;
+    const float root = (kIor - 1.0f) / (kIor + 1.0f);
+    const float through = centerColor(picture(std::move(scene), r)).g;
+    EXPECT_GT(through, std::pow(1.0f - root * root, 2.0f * kBodies) - 1e-3f);
+    EXPECT_LT(through, 1.0f);
+}
+
+// Root mean square of a picture's differences from its mean, where the ball of radius 1 at the
+// origin is seen away from its rim.
+double contrastInBall(const Image& image, const FrameRequest& r) {
+    double sum = 0.0, squares = 0.0;
+    int count = 0;
+    for (std::uint32_t y = 0; y < r.height; ++y) {
+        for (std::uint32_t x = 0; x < r.width; ++x) {
+            if (!meetsBall(sightOfPixel(r, x, y), {0, 0, 0}, 0.6)) continue;
+            const double value = color(image, x, y).g;
+            sum += value, squares += value * value, ++count;
+        }
+    }
+    EXPECT_GT(count, 500);
+    const double mean = sum / count;
+    return std::sqrt(squares / count - mean * mean);
+}
+
+// The wall of a bottle bends light forth and back: what is behind it stays as sharp as without it.
+TEST(TracedGlass, TexturesBehindThinCurvedWallsAreSharp) {
+    const auto drawn = [](bool bottle, const FrameRequest& r) {
+        Scene scene;
+        scene.environment = "black";
+        constexpr std::uint32_t kTexels = 128;
+        TextureImage squares{.name = "squares", .width = kTexels, .height = kTexels};
+        for (std::uint32_t i = 0; i < kTexels * kTexels; ++i) {
+            const bool white = (i % kTexels / 4 + i / kTexels / 4) % 2 == 0;
+            const std::uint8_t code = white ? 255 : 0;
+            squares.texels.insert(squares.texels.end(), {code, code, code, 255});
+        }
+        buildLevels(squares);
+        scene.images.push_back(std::move(squares));
+        scene.textures.push_back({.image = 0});
+        Material wall = glowing({1, 1, 1});
+        wall.emissiveTexture.texture = 0;
+        place(scene, quad(4.0f, addMaterial(scene, wall)), moved(0, 0, -6));
+        if (bottle) {
+            Material glass = clearGlass(1.5f);
+            glass.thickness = 0.02f;
+            MeshDraft walls = sphere(1.0f, 96, addMaterial(scene, glass));
+            const MeshDraft inside = sphere(0.98f, 96, 0);
+            const auto first = static_cast<Index>(walls.vertices.size());
+            for (Vertex v : inside.vertices) {
+                v.normal = -v.normal;
+                walls.vertices.push_back(v);
+            }
+            for (std::size_t i = 0; i < inside.indices.size(); i += 3) {  // turned inwards
+                for (const std::size_t k : {0u, 2u, 1u}) {
+                    walls.indices.push_back(first + inside.indices[i + k]);
+                }
+            }
+            place(scene, std::move(walls));
+        }
+        return picture(std::move(scene), r);
+    };
+    const FrameRequest r = glassShot({0, 0, 10}, {0, 0, 0}, 0.21);
+    const double without = contrastInBall(drawn(false, r), r);
+    const double behind = contrastInBall(drawn(true, r), r);
+    EXPECT_GT(without, 0.3);
+    EXPECT_GT(behind, 0.7 * without);
 }
 
 // Green of a thickness texture is how thick a sheet is there: seen directly against its backdrop,

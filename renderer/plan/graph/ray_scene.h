@@ -26,7 +26,7 @@ struct RayScene {
     std::vector<Index> materialOfInstance;  // as in MaterialBindings
     std::vector<bool> hidden;               // likewise
     Features hitFeatures = 0;               // union of the features of all surfaces
-    std::uint32_t bounces = 0;              // maximum of reflections and refractions of a ray
+    std::uint32_t bounces = 0;              // as Accuracy::bounces
     float leastShare = 0.0f;  // of a ray in its pixel, 0..1; rays with less are not followed
     // One pixel in stride x stride follows a ray of its own; see rays::Density. Processor only.
     std::uint32_t stride = 1;

@@ -69,8 +69,9 @@ struct Accuracy {
     std::uint32_t probeSamples = 32;  // GGX samples per texel of it; 1: averaged mip levels
     std::uint32_t curvedSamples = 4;  // look-ups of a map along a rough lobe at an angle
     Parallax parallax = Parallax::box;
-    std::uint32_t bounces =
-        4;  // reflections and refractions of a traced ray; then it sees the environment
+    // Reflections of a traced ray, after which it sees the environment. Faces of glass that the ray
+    // crosses count a third, and so do reflections inside it at flat faces.
+    std::uint32_t bounces = 4;
     std::uint32_t raySamples = 1;       // paths of a traced ray of a rough mirror
     std::uint32_t glassRaySamples = 4;  // the same through rough glass
     // A budget replaces all fields above, which are chosen from the scene's measured curve. The
@@ -215,7 +216,8 @@ void fields(Accuracy& a, V&& visit) {
               {{"none", Parallax::none}, {"box", Parallax::box}, {"depth", Parallax::depth}}},
           "parallax correction of captured cubes: none (infinite distance), a box, or their depth");
     visit("bounces", a.bounces, Range{1, 16},
-          "maximum number of reflections and refractions of a traced ray");
+          "maximum number of reflections of a traced ray; faces of glass that it crosses, and "
+          "flat ones that reflect it inside, count a third");
     visit("raySamples", a.raySamples, Range{1, 16},
           "paths for each traced ray of a rough mirror, where the processor follows rays; 1: one "
           "path with a blurred end");
