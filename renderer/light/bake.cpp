@@ -31,8 +31,12 @@ struct Bake::State {
     const Receiver& pointOf(std::uint32_t place) const {
         return places.points[places.chosen[place]];
     }
+    // Light there is that of its neighbours. What a lamp covers is as bright as the lamp, and
+    // hidden.
     bool buried(std::uint32_t place) const {
-        return sums[0][place].behind > kMaxBehind * sums[0][place].count;
+        const RaySums& s = sums[0][place];
+        return s.behind > kMaxBehind * s.count ||
+               (s.covered > kMaxCovered * s.count && !pointOf(place).twoSided);
     }
     void updateGrid();
     void fillBuried();

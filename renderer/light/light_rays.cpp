@@ -237,6 +237,16 @@ float LightRays::randomWeight(float cosine, float facing, float distance, float 
     return atRandom / std::max(atRandom + sent, 1e-30f);
 }
 
+// What a ray brings that meets an emitter at random. cosine: as look() takes it.
+glm::vec3 LightRays::emittedAtRandom(const Face& face, const glm::vec3& world, float distance,
+                                     float cosine) const {
+    if (!(face.density > 0.0f)) return glm::vec3(0.0f);
+    if (cosine < 0.0f) return face.emitted;
+    const float facing =
+        std::abs(glm::dot(face.normal, world)) / std::max(glm::length(face.normal), 1e-30f);
+    return face.emitted * randomWeight(cosine, facing, distance, face.density);
+}
+
 const Face* LightRays::plainFace(const rays::TriangleHit& hit, const glm::vec3& world) const {
     const Face& face = faces_[hit.triangle];
     const bool front = glm::dot(face.normal, world) < 0.0f;
@@ -270,14 +280,8 @@ LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along, 
                           radiosity_->sentFrom(*places_, static_cast<std::uint32_t>(t.instance),
                                                corners, weights, along);
         }
-        if (face->density > 0.0f) {
-            const float facing = std::abs(glm::dot(face->normal, world)) /
-                                 std::max(glm::length(face->normal), 1e-30f);
-            seen.emitted = face->emitted;
-            if (cosine >= 0.0f) {
-                seen.emitted *= randomWeight(cosine, facing, hit.distance, face->density);
-            }
-        }
+        seen.emitted = emittedAtRandom(*face, world, hit.distance, cosine);
+        seen.covered = face->density > 0.0f && hit.distance < kCovering * places_->distance;
         return seen;
     }
     const rays::SurfaceHit passing =
@@ -287,6 +291,10 @@ LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along, 
         seen.light = passing.share * passing.albedo *
                      radiosity_->sentFrom(*places_, passing.instance, passing.vertices,
                                           passing.weights, passing.normal);
+        const Face& face = faces_[passing.face];
+        if (face.plain) {
+            seen.emitted = passing.share * emittedAtRandom(face, world, passing.distance, cosine);
+        }
     }
     return seen;
 }
@@ -309,6 +317,7 @@ void LightRays::gather(const Receiver& point, std::uint32_t place, int side, std
                                                y * (radius * std::sin(turn)) + normal * cosine);
         const Seen seen = look(start, along, cosine);
         if (!seen.begins) sum.behind += 1.0f;
+        if (seen.covered) sum.covered += 1.0f;
         const glm::vec3 radiance =
             sky_.radiance(along) * input_.environmentIntensity * weightAmongSkyRays(cosine, along);
         const glm::vec3 open = seen.met ? glm::vec3(0.0f) : seen.share * radiance;

@@ -32,6 +32,9 @@ struct Radiosity {
 
 // Fraction of rays that begin behind surfaces above which a place is treated as inside a body.
 inline constexpr float kMaxBehind = 0.25f;
+// A place is covered by an emitter if at least a fraction of its rays meet it within this fraction
+// of the distance of places.
+inline constexpr float kMaxCovered = 0.5f, kCovering = 0.15f;
 
 class LightRays {
 public:
@@ -73,6 +76,7 @@ private:
     // What a ray meets.
     struct Seen {
         bool met = false, begins = true;
+        bool covered = false;  // it meets an emitter within kCovering of the distance of places
         glm::vec3 light{0.0f}, share{1.0f};
         glm::vec3 emitted{0.0f};  // times the weight of rays that meet emitters at random
     };
@@ -100,6 +104,8 @@ private:
     // PathTracer::surfaceAlong() finds out. world: the ray's direction, axes of the world.
     const Face* plainFace(const rays::TriangleHit& hit, const glm::vec3& world) const;
     float randomWeight(float cosine, float facing, float distance, float density) const;
+    glm::vec3 emittedAtRandom(const Face& face, const glm::vec3& world, float distance,
+                              float cosine) const;
     glm::vec3 shareOf(const PlacedLight& source, const glm::vec3& start, const glm::vec3& along,
                       float distance) const;
     glm::vec3 inWorld(const glm::vec3& direction) const;

@@ -21,6 +21,7 @@ struct RaySums {
     float visible = 0.0f;     // share of the environment
     glm::vec3 towards{0.0f};  // that times the direction
     float behind = 0.0f;      // rays that began behind a surface
+    float covered = 0.0f;     // and that met an emitter close by
     // For specular lobes, as EmittersAtVertex: of emitters that rays met and of lights in mirrors,
     // with their flux, and of emitters that rays were sent to.
     glm::vec3 metLight{0.0f}, metFlux{0.0f}, emitterLight{0.0f};

@@ -17,6 +17,7 @@ constexpr int kMaxDepth = 24;
 // A body is small below this multiple of the common length.
 constexpr double kSmall = 8.0;
 constexpr std::size_t kMaxSmall = 64;  // the largest of them
+constexpr double kFlat = 0.01;         // thickness over the greatest extent of a flat light
 // Length of edges relative to the size of the body: at least, and at most where it pays.
 constexpr double kFinest = 0.05, kCoarsest = 0.4;
 // Growth of the length with the distance from the body, in units of the length at the body.
@@ -196,11 +197,12 @@ double smallestWithin(const std::vector<Triangle>& triangles, EdgeLengths edges,
 
 // The part of a ceiling that a flat light covers is as bright as the light, and short triangles
 // across the light's edge would show that. box: of the mesh.
-bool isFlatEmitter(const Material& material, const Bounds& box) {
-    const glm::vec3 extent = box.max - box.min;
-    const float largest = std::max({extent.x, extent.y, extent.z}),
-                smallest = std::min({extent.x, extent.y, extent.z});
-    return emittedRadiance(material) != glm::vec3(0.0f) && smallest < 0.01f * largest;
+bool isFlatEmitter(const Material& material, const Bounds& box, const glm::dmat4& worldFromMesh) {
+    if (emittedRadiance(material) == glm::vec3(0.0f)) return false;
+    glm::dvec3 extent(box.max - box.min);
+    for (int k = 0; k < 3; ++k) extent[k] *= glm::length(glm::dvec3(worldFromMesh[k]));
+    return std::min({extent.x, extent.y, extent.z}) <
+           kFlat * std::max({extent.x, extent.y, extent.z});
 }
 
 // The largest first.
@@ -215,8 +217,9 @@ std::vector<EdgeLengths::Body> smallBodies(const Scene& scene, const Pose& pose,
         for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
             box.add(scene.clusters[mesh.firstCluster + c].bounds);
         }
-        if (isFlatEmitter(scene.materials[instance.material], box)) continue;
-        box = transformed(box, pose.worldFromNode[instance.node]);
+        const glm::dmat4& worldFromMesh = pose.worldFromNode[instance.node];
+        if (isFlatEmitter(scene.materials[instance.material], box, worldFromMesh)) continue;
+        box = transformed(box, worldFromMesh);
         const double size = box.diagonal();
         if (size > 0.0 && size < kSmall * common) {
             bodies.push_back({box, size, static_cast<std::uint32_t>(i)});

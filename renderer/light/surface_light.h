@@ -53,9 +53,9 @@ LightAtVertex ofBothSides(const SideLight& front, const SideLight& back, const g
 LightValue packed(const LightAtVertex& light);
 LightAtVertex unpacked(const LightValue& value);
 
-// Light of emissive surfaces and of punctual lights in flat mirrors, for specular lobes. Emitters that fill
-// a large part of the directions are in `nearby` instead. Of a two-sided surface that of its
-// brighter side.
+// Light of emissive surfaces and of punctual lights in flat mirrors, for specular lobes. Emitters
+// that fill a large part of the directions are in `nearby` instead. Of a two-sided surface that of
+// its brighter side.
 struct EmittersAtVertex {
     glm::vec3 light{0.0f};  // integral of the radiance over directions, over pi
     glm::vec3 flux{0.0f};   // the same of luminance times direction

@@ -69,7 +69,10 @@ TEST(EdgesNearBodies, AreNotShorterNearFlatLamps) {
     Scene scene;
     place(scene, quad(50.0f, addMaterial(scene, lambert(0.5f))));
     place(scene, sphere(0.125f, 32, addMaterial(scene, lambert(0.5f))), moved(1.0, 0.0, 0.125));
-    place(scene, quad(0.125f, addMaterial(scene, lambert(0.0f, 100.0f))), moved(-1.0, 0.0, 0.01));
+    const Index lamp = addMaterial(scene, lambert(0.0f, 100.0f));
+    place(scene, quad(0.125f, lamp), moved(-1.0, 0.0, 0.01));
+    place(scene, sphere(0.125f, 32, lamp),
+          moved(-1.0, 0.5, 0.01) * glm::scale(glm::dmat4(1.0), glm::dvec3(1.0, 1.0, 0.005)));
     const light::EdgeLengths edges = light::refined(scene, restPose(scene)).edges;
     ASSERT_EQ(edges.small.size(), 1u);
     EXPECT_EQ(edges.small[0].instance, 1u);

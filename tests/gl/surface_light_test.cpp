@@ -77,10 +77,19 @@ TEST_F(LightBetweenSurfaces, DiffuselyTransmittingWallsLightARoom) {
 }
 
 // Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-3: a rectangle over a
-// parallel element below its corner, four times.
+// parallel element below its corner, four times. Glass that does not bend light changes nothing.
 TEST_F(LightBetweenSurfaces, ARectangularLampLightsTheFloorAsItsFormFactor) {
-    for (const double height : {0.5, 1.0, 2.0}) {
+    const struct {
+        double height;
+        bool glass;
+    } cases[] = {{0.5, false}, {1.0, false}, {2.0, false}, {0.2, true}, {1.0, true}};
+    for (const auto& [height, glass] : cases) {
         Scene scene;
+        if (glass) {
+            Material clear = clearGlass(1.0f);
+            clear.doubleSided = true;
+            place(scene, quad(0.6f, addMaterial(scene, clear)), facingDown(0.9 * height));
+        }
         place(scene, quad(3.0f, addMaterial(scene, lambert(0.5f))), facingUp());
         Material lamp = lambert(0.0f, 4.0f);
         lamp.doubleSided = false;
@@ -91,7 +100,8 @@ TEST_F(LightBetweenSurfaces, ARectangularLampLightsTheFloorAsItsFormFactor) {
         const double a = 0.5 / height, root = std::sqrt(1.0 + a * a);
         const double factor = 4.0 / (2.0 * std::numbers::pi) * 2.0 * a / root * std::atan(a / root);
         const double expected = 0.5 * 4.0 * factor;
-        EXPECT_NEAR(centerColor(renderer().render(r).image).x, expected, 0.04 * expected) << height;
+        EXPECT_NEAR(centerColor(renderer().render(r).image).x, expected, 0.04 * expected)
+            << height << (glass ? ", glass" : "");
     }
 }
 
