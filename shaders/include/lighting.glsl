@@ -288,10 +288,53 @@ vec3 evalDirectLight(IN(Surface) s, vec3 toLight, float nDotL) {
     return sum;
 }
 
-// The surface for a light that fills a cone of half angle t. Its half vectors are a disc of slopes with
-// the squared radius `extent`, tan(t / 2)^2. In the middle of a disc the mean of the GGX lobe has the
-// density of one whose squared alpha is greater by that. Slopes that a pixel covers are added as such a
-// disc. No change for 0.
+// An ellipse with the covariance of another one and of a disc of slopes with the squared radius `extent`.
+Covered withDisc(IN(Covered) narrow, float alphaSquared, float extent) {
+    Covered c = narrow;
+    float trace = c.trace + 2.0f * extent;
+    c.area = sqrt(c.area * c.area + extent * (c.trace - alphaSquared) + extent * extent);
+    float both = alphaSquared + c.area;
+    float determinant = alphaSquared * trace + c.area * c.area;
+    c.scale = both / determinant;
+    c.weight = both * inversesqrt(determinant);
+    c.trace += extent;  // the disc's part of the slopes along x and y is subtracted already
+    return c;
+}
+Covered nothingCovered(float alphaSquared) {
+    return Covered(vec3(0.0f), vec3(0.0f), 0.0f, alphaSquared, 1.0f, 1.0f);
+}
+
+// The surface for light from a cone of half angle t, whose half vectors are a disc of slopes with the
+// squared radius `extent`, tan(t / 2)^2. No change for 0.
+//
+// For a light that fills the cone: the highlight is averaged over the disc, as over what a pixel covers.
+Surface facingCone(IN(Surface) s, float extent) {
+    Surface wide = s;
+    if (extent > 0.0f) {
+        Covered pixel = nothingCovered(s.alphaSquared);
+        if (s.averages) pixel = s.covered;
+        wide.covered = withDisc(pixel, s.alphaSquared, extent);
+        wide.densest = 1.0f / (kPi * (s.alphaSquared + extent));
+        if (s.averages) wide.densest = min(wide.densest, s.densest);
+        if (shades(LAYER_CLEARCOAT)) {
+            float alpha = clearcoatAlpha(s.layers);
+            Covered ofCoat = nothingCovered(alpha * alpha);
+            if (s.averages) ofCoat = s.clearcoatCovered;
+            wide.clearcoatCovered = withDisc(ofCoat, alpha * alpha, extent);
+            wide.clearcoatDensest = 1.0f / (kPi * (alpha * alpha + extent));
+            if (s.averages) wide.clearcoatDensest = min(wide.clearcoatDensest, s.clearcoatDensest);
+        }
+        wide.averages = true;
+        if (shades(LAYER_ANISOTROPY)) {  // its lobe has no mean; see grainLobe()
+            bool grain = s.layers.anisotropy > 0.0f;
+            wide.alphaSquared = grain ? min(s.alphaSquared + extent, 1.0f) : s.alphaSquared;
+        }
+    }
+    return wide;
+}
+// For light that comes from about there: a wider lobe, without the edge of a disc. In the middle of a disc
+// the mean of the GGX lobe has the density of one whose squared alpha is greater by `extent`. Slopes that a
+// pixel covers are added as such a disc.
 Surface widened(IN(Surface) s, float extent) {
     Surface wide = s;
     if (extent > 0.0f) {
@@ -312,7 +355,7 @@ Surface facingDisc(IN(Surface) s, float metres, int first) {
     if (!viewHas(VIEW_ROUND_LIGHTS)) return s;
     float radius = texelFetch(lightTable, first + 9).x;
     float slope = 0.5f * radius / (metres > 0.0f ? max(metres, radius) : 1.0f);
-    return widened(s, slope * slope);
+    return facingCone(s, slope * slope);
 }
 
 #if SCATTERS_LIGHTS

@@ -187,3 +187,43 @@ TEST_F(SoftShadows, HighlightsShowTheDiscOfTheLamp) {
         }
     }
 }
+
+// Two ways to one picture: the highlight of a light with a radius on smooth metal is that of many
+// points on its disc, next to the highlight too, where no haze surrounds it.
+TEST_F(SoftShadows, HighlightsAreThoseOfPointsOnTheDisc) {
+    constexpr double kRadius = 0.15;
+    constexpr int kPoints = 400;
+    const auto drawn = [&](bool disc) {
+        Scene scene;
+        place(scene, quad(1.0f, addMaterial(scene, mirrorMetal(0.8f, 0.2f))));
+        Light light{.intensity = glm::vec3(1.0f)};
+        if (disc) {
+            light.radius = static_cast<float>(kRadius);
+            addLight(scene, light, moved(0.0, 0.0, 1.0));
+        } else {
+            light.intensity /= float(kPoints);
+            for (int i = 0; i < kPoints; ++i) {  // a spiral
+                const double away = kRadius * std::sqrt((i + 0.5) / kPoints), turn = 2.399963 * i;
+                addLight(scene, light, moved(away * std::cos(turn), away * std::sin(turn), 1.0));
+            }
+        }
+        FrameRequest r = request(std::move(scene), "disc", {0.1, 0.0, 1.0});
+        r.width = r.height = 64;
+        r.accuracy.planar = PlanarMethod::environment;
+        return renderer().render(r).image;
+    };
+    const Image disc = drawn(true), points = drawn(false);
+    const double peak = color(points, 34, 32).x;
+    double outside[2] = {0.0, 0.0};
+    for (std::uint32_t y = 0; y < 64; ++y) {
+        for (std::uint32_t x = 0; x < 64; ++x) {
+            const double expected = color(points, x, y).x, found = color(disc, x, y).x;
+            EXPECT_NEAR(found, expected, 0.12 * peak) << x << ' ' << y;
+            if (expected > 0.05 * peak) continue;
+            outside[0] += expected;
+            outside[1] += found;
+        }
+    }
+    EXPECT_GT(outside[0], peak);
+    EXPECT_NEAR(outside[1] / outside[0], 1.0, 0.25);
+}
