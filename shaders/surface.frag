@@ -119,12 +119,15 @@ vec3 shaded(inout MaterialPoint m) {
     // Pictures and rays contain the occlusion that an occlusion texture approximates.
     const uint kLooked = FEATURE_MIRROR | FEATURE_PROBE | FEATURE_TRACED_REFLECTION;
     vec3 punctual = punctualLightAt(s);
-    float looked = picturedShare(s);
-    if (looked < 1.0f) punctual += (1.0f - looked) * emittersLight(s);
+    float pictured = picturedShare(s);
+    if (pictured < 1.0f) {
+        punctual += (1.0f - pictured) * emittersLight(s);
+        if (has(kLooked)) mirrored = mix(harmonicsInLobe(s), mirrored, pictured);
+    }
     if (layered(LAYER_SHEEN | LAYER_CLEARCOAT)) {
         return punctual + layeredLight(s, mirrored, has(kLooked) ? 1.0f : occlusion, occlusion);
     }
-    weighRays(looked * s.reflectance, vec3(0.0f));
+    weighRays(pictured * s.reflectance, vec3(0.0f));
     return punctual + s.reflectance * mirrored * (has(kLooked) ? 1.0f : occlusion) +
            occlusion * diffuseLight(s);
 }

@@ -23,8 +23,8 @@ struct ShadowMap {
     // Share, 0..1, of the four texels about a place that are not before `depth`, as a driver
     // filters it. x, y: 0..1 over the map, clamped to its edges.
     float lit(float x, float y, float depth) const;
-    // Of the four texels about a place, clamped to the edges, in the order of textureGather():
-    // below left, below right, above right, above left, where rows go upwards.
+    // Of the four texels about a place, clamped to the edges, in the order of textureGather(): of
+    // the next row the left and the right one, of this row the right and the left one.
     void depthsAbout(float x, float y, float (&four)[4]) const;
     // Interpolated between the four texels about a place, clamped to the edges.
     void tintAt(float x, float y, float (&rgba)[4]) const;

@@ -255,30 +255,28 @@ vec3 picturedRadiance(Surface s, vec3 position) {
     return has(FEATURE_MIRROR) ? flatMirror(s, position) : tracedReflection(s, position);
 }
 
+vec3 reflectedRadiance(Surface s, vec3 position) {
+    const uint kPicture = FEATURE_MIRROR | FEATURE_TRACED_REFLECTION;
+    if (has(kPicture) && !layered(LAYER_CLEARCOAT_MIRRORS)) return picturedRadiance(s, position);
+    return mappedRadiance(s, position);
+}
+
 // Mirrors and rays are for surfaces up to the first roughness; where a texture makes them rougher than
 // the second, their lobe is as wide as harmonics are.
 const vec2 kWidestPicture = vec2(0.5f, 0.6f);
 
-// The share of a picture or a ray in what a surface without a map of its own reflects, 0..1.
+// The share, 0..1, of what the surface reflects that a picture or a ray shows, with the emitters in it. Maps
+// and the highlights of emitters show the rest. All of it with layers, because a coat shares the picture.
 float picturedShare(Surface s) {
-    const uint kPicture = FEATURE_MIRROR | FEATURE_TRACED_REFLECTION;
-    if (has(FEATURE_PROBE | FEATURE_MAP)) return 1.0f;
-    if (!has(kPicture)) return 0.0f;
-    if (layered(LAYER_CLEARCOAT_MIRRORS)) return 1.0f;
+    if (has(FEATURE_PROBE)) return 1.0f;
+    if (!has(FEATURE_MIRROR | FEATURE_TRACED_REFLECTION)) return 0.0f;
+    if (layered(LAYER_SHEEN | LAYER_CLEARCOAT)) return 1.0f;
     return 1.0f - smoothstep(kWidestPicture.x, kWidestPicture.y, s.roughness);
 }
 
-vec3 reflectedRadiance(Surface s, vec3 position) {
-    const uint kPicture = FEATURE_MIRROR | FEATURE_TRACED_REFLECTION;
-    if (!has(kPicture) || layered(LAYER_CLEARCOAT_MIRRORS)) return mappedRadiance(s, position);
-    float share = picturedShare(s);
-    vec3 pictured = share * picturedRadiance(s, position);
-    if (share < 1.0f) {
-        RoundLobe lobe = roundLobe(s.normal, s.toEye, s.nDotV, s.roughness * s.roughness);
-        vec3 around = harmonicsAlong(lobe.along, lobeBands(sqrt(lobe.alpha)));
-        pictured += (1.0f - share) * reachingSurface(s, lobe.along, around);
-    }
-    return pictured;
+vec3 harmonicsInLobe(Surface s) {
+    RoundLobe lobe = roundLobe(s.normal, s.toEye, s.nDotV, s.roughness * s.roughness);
+    return reachingSurface(s, lobe.along, harmonicsAlong(lobe.along, lobeBands(sqrt(lobe.alpha))));
 }
 
 // The surface of the coat alone.

@@ -333,9 +333,6 @@ TEST_F(Shadows, ABallAloneLooksAsWithout) {
     }
 }
 
-// A ball on a floor, seen from within through the backs of its faces. A far body makes the texels
-// of the map 6 cm wide. Half a texel above the floor is outside the ball up to 17 cm from the point
-// of contact, and texels that show the ball there reach 6 cm further.
 // The samples of `fine` differ from the mean of 64 pixels of a finer picture by what they miss.
 TEST_F(Shadows, SamplesAreShadedOnTheirTriangles) {
     Scene scene;
@@ -371,6 +368,9 @@ TEST_F(Shadows, SamplesAreShadedOnTheirTriangles) {
     EXPECT_LT(sum, 0.5);
 }
 
+// A ball on a floor, seen from within through the backs of its faces. A far body makes the texels
+// of the map 6 cm wide. Half a texel above the floor is outside the ball up to 17 cm from the point
+// of contact, and texels that show the ball there reach 6 cm further.
 TEST_F(Shadows, ContactsAreClosedToAboutATexel) {
     constexpr float kRadius = 0.5f, kOpen = 0.24f;  // metres
     Scene scene;
