@@ -1,7 +1,7 @@
 #include "scene_lights.h"
 
 #include "gl/buffer.h"
-#include "light/refinement.h"
+#include "light/division.h"
 
 #include <algorithm>
 #include <optional>

@@ -5,6 +5,7 @@
 #include "light/baker.h"
 #include "light/light_files.h"
 #include "light/open_light.h"
+#include "light/refinement.h"
 #include "light_state.h"
 #include "plan/graph/light_progress.h"
 

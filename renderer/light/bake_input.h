@@ -1,7 +1,7 @@
 // What the light of a scene is computed from, and how finely.
 #pragma once
 
-#include "light/refinement.h"
+#include "light/edge_lengths.h"
 #include "plan/graph/draw.h"
 #include "scene/environment.h"
 #include "scene/scene.h"

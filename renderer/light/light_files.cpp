@@ -2,7 +2,7 @@
 // SurfaceLight::values, SurfaceLight::emitters, LightGrid::values.
 #include "light/light_files.h"
 
-#include "light/refinement.h"
+#include "light/division.h"
 #include "scene/cache_file.h"
 #include "scene/hash.h"
 
@@ -22,7 +22,7 @@ constexpr const char* kExtension = ".light";
 
 struct Header {
     char magic[8] = {'C', 'L', 'L', 'I', 'G', 'H', 'T', '\0'};
-    std::uint32_t version = 6;
+    std::uint32_t version = 7;
     std::uint32_t revision = 0;
     std::uint64_t key = 0;
     std::uint64_t meshes = 0;  // a hash of the refined ones, whose vertices have the values

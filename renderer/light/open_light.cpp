@@ -1,6 +1,6 @@
 #include "light/open_light.h"
 
-#include "light/refinement.h"
+#include "light/division.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "light/places.h"
 
-#include "light/refinement.h"
+#include "light/division.h"
 #include "light/surface_light.h"
 
 #include <algorithm>

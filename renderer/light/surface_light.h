@@ -3,7 +3,7 @@
 // each vertex of each instance that does not move.
 #pragma once
 
-#include "light/refinement.h"
+#include "light/edge_lengths.h"
 #include "scene/scene.h"
 
 #include <glm/glm.hpp>
