@@ -13,6 +13,8 @@ const float kFlatEnough = 1e-3f;
 // that hold a liquid have many faces, and the light hardly falls from one to the next. After reflections at
 // curved faces neighbouring paths have nothing in common, and one of them does not show their mean.
 const float kTurnOfGlass = 1.0f / 3.0f;
+// Least share of a reflection at a flat face of glass that is followed besides the path behind the face.
+const float kMinSplit = 0.1f;
 // Holes of masks that a path may pass.
 const int kMaxHoles = 12;
 
@@ -69,6 +71,16 @@ vec3 punctualLightAtHit(IN(HitPoint) p, IN(Surface) s) {
     return p.lights > 0 ? punctual : vec3(0.0f);
 }
 
+// A reflection at glass that is followed when the path behind the glass has ended.
+struct Branch {
+    vec3 start;
+    vec3 along;
+    vec3 weight;  // 0: there is none
+    RayCone cone;
+    float turns;
+};
+const Branch kNoBranch = Branch(vec3(0.0f), vec3(0.0f), vec3(0.0f), RayCone(0.0f, 0.0f, 0.0f), 0.0f);
+
 // start: relative to the hierarchy's origin, off the surface that the ray leaves. along: unit, in
 // eye space's axes. share: of the result in its pixel; the path ends when its share falls below the
 // least share of the plan. direct: the path has no reflection so far.
@@ -77,13 +89,24 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
     vec3 weight = vec3(1.0f);
     float turns = tracing.limits.x;
     int holes = kMaxHoles;
+    Branch branch = kNoBranch;
     bool going = true;
     do {
+        if (!going) {
+            start = branch.start;
+            along = branch.along;
+            weight = branch.weight;
+            cone = branch.cone;
+            turns = branch.turns;
+            direct = false;
+            branch.weight = vec3(0.0f);
+        }
         Hit hit = traceClosest(start, worldAxes(along), 0.0f, 1e30f);
         if (hit.triangle < 0) {
             noteHit(-1);
             sum += weight * backgroundAtEnd(along, cone, direct);
-            break;
+            going = false;
+            continue;
         }
         float travelled = hit.distance;
         cone = coneAfter(cone, travelled);
@@ -185,8 +208,8 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
                 next = beyondPane(along, spread);
             }
             // The stronger of the two paths (reflected, refracted) is followed. Outside of a body the
-            // other one ends here. Light that is reflected inside leaves elsewhere, and is
-            // counted as if it left with the refracted light.
+            // other one ends here, unless it is a reflection that counts. Light that is reflected inside
+            // leaves elsewhere, and is counted as if it left with the refracted light.
             float part = coverage * clarity;
             vec3 tint = leaves ? vec3(1.0f) : m.baseColor.rgb;
             vec3 through = shares.transmitted * tint;
@@ -202,8 +225,17 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
                 sum += lightBehindGlass(weight * part * followed * punctualLightAtHit(p, lobe));
             }
             if (!leaves) {
-                vec3 left = crosses ? shares.reflected : through;
-                sum += weight * part * left * surroundingsAtEnd(p, other, cone, direct && !crosses);
+                vec3 left = weight * part * (crosses ? shares.reflected : through);
+                bool splits = crosses && turns >= 1.0f && p.curvature * travelled < kFlatEnough &&
+                              maxComponent(branch.weight) <= 0.0f && maxComponent(left) > kMinSplit &&
+                              share * maxComponent(left) >= tracing.limits.z;
+                if (splits) {
+                    branch = Branch(offsetRayOrigin(p.position, p.faceNormal, p.reach), mirrored, left,
+                                    RayCone(cone.width, abs(cone.pixel), cone.lobe + lobeOfPath(2.0f * alpha)),
+                                    turns - 1.0f);
+                } else {
+                    sum += left * surroundingsAtEnd(p, other, cone, direct && !crosses);
+                }
             }
             weight *= part * followed + (1.0f - coverage);
             cone.lobe += lobeOfPath(spread);
@@ -232,6 +264,6 @@ vec3 tracedRadiance(vec3 start, vec3 along, RayCone cone, float share, bool dire
         if (!going && turned) sum += weight * surroundingsAtEnd(p, next, cone, direct);
         start = offsetRayOrigin(p.position + worldAxes(aside), crosses ? -p.faceNormal : p.faceNormal, p.reach);
         if (going) along = next;
-    } while (going);
+    } while (going || maxComponent(branch.weight) > 0.0f);
     return sum;
 }

@@ -69,6 +69,25 @@ TEST(TracedGlass, ThinShellsAreTwoPanesUpToTheRim) {
     }
 }
 
+// A glowing mirror behind a pane: light goes back and forth between them, and each time a part of it
+// leaves. The sum is a geometric series, of which paths follow the terms that count.
+TEST(TracedGlass, APaneInFrontOfAMirrorShowsReflectionsBetweenThem) {
+    constexpr float kIor = 2.4f, kMirrored = 0.8f;
+    Scene scene;
+    scene.environment = "black";
+    Material silver = mirrorMetal(kMirrored);
+    silver.emissive = glm::vec3(1.0f);
+    place(scene, quad(40.0f, addMaterial(scene, silver)), moved(0, 0, -1));
+    Material thin = clearGlass(kIor);
+    thin.doubleSided = true;
+    place(scene, quad(40.0f, addMaterial(scene, thin)));
+    const Image image = picture(std::move(scene), glassShot({0, 0, 5}, {0, 0, 0}, 0.05));
+    const double through = paneTransmits(1.0, double{kIor});
+    const double turned = double{kMirrored} * (1.0 - through);
+    EXPECT_GT(color(image, 48, 48).g, through * (1.0 + turned) - 2e-3);
+    EXPECT_LT(color(image, 48, 48).g, through / (1.0 - turned) + 2e-3);
+}
+
 // Between dark walls, under a sky that is ten times as bright: what turns back within a body leaves
 // it into the room, and nothing of the sky is seen.
 TEST(TracedGlass, InAClosedRoomShowsNoSky) {
