@@ -508,12 +508,41 @@ vec3 diffuseLight(IN(Surface) s) {
     return s.diffuseShare * light;
 }
 
-// Light of the environment that sheen reflects.
+// What a lobe of any shape gathers of the environment. mean: of its directions; spread: of their products
+// x y, y z, x z, 3 z z - 1 and x x - y y.
+struct LobeSpread {
+    vec3 products;
+    vec2 squares;
+};
+LobeSpread spreadAlong(vec3 d, float part) {
+    return LobeSpread(part * vec3(d.x * d.y, d.y * d.z, d.x * d.z),
+                      part * vec2(3.0f * d.z * d.z - 1.0f, d.x * d.x - d.y * d.y));
+}
+vec3 harmonicsOfLobe(vec3 mean, LobeSpread spread) {
+    vec4 a = texelFetch(lightTable, 0), b = texelFetch(lightTable, 1);
+    vec4 c = texelFetch(lightTable, 2), d = texelFetch(lightTable, 3);
+    vec4 e = texelFetch(lightTable, 4), f = texelFetch(lightTable, 5);
+    vec4 g = texelFetch(lightTable, 6);
+    // The coefficients are those of a cosine: two thirds and a quarter of the radiance's.
+    vec3 first = vec3(a.w, b.xy) * mean.y + vec3(b.zw, c.x) * mean.z + c.yzw * mean.x;
+    vec3 second = d.xyz * spread.products.x + vec3(d.w, e.xy) * spread.products.y +
+                  vec3(e.zw, f.x) * spread.squares.x + f.yzw * spread.products.z +
+                  g.xyz * spread.squares.y;
+    return max(a.xyz + 1.5f * first + 4.0f * second, vec3(0.0f));
+}
+
+// Light of the environment that sheen reflects. Its lobe is more a ring about the normal than a lobe about
+// its mean direction.
 vec3 sheenLight(IN(Surface) s) {
     vec2 axis = sheenAxis(s.nDotV, s.layers.sheenRoughness);
     vec3 side = direction(s.toEye - s.normal * dot(s.toEye, s.normal));
-    vec3 towards = direction(side * axis.x + s.normal * axis.y);
-    vec3 gathered = harmonicsAlong(towards, bandsOfAxis(length(axis)));
+    vec3 mean = side * axis.x + s.normal * axis.y;
+    vec2 parts = sheenSpread(axis);
+    LobeSpread about = spreadAlong(s.normal, parts.x);
+    LobeSpread between = spreadAlong(sqrt(0.5f) * (side + s.normal), parts.y);
+    vec3 gathered = harmonicsOfLobe(mean, LobeSpread(about.products + between.products,
+                                                     about.squares + between.squares));
+    vec3 towards = direction(mean);
     return s.layers.sheen * s.sheenAlbedo * reachingSurface(s, towards, gathered);
 }
 

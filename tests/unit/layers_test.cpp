@@ -49,6 +49,38 @@ TEST(Sheen, AlbedoIsTheSumOfTheLobe) {
     EXPECT_LT(std::sqrt(squares / count), 0.015);
 }
 
+// Of a direction l of the lobe: the means of l, of its products, and of what harmonics make of
+// both.
+TEST(Sheen, SpreadIsThatOfTheLobe) {
+    for (const double roughness : {0.2, 0.35, 0.5, 0.7, 1.0}) {
+        for (const double c : {0.1, 0.3, 0.5, 0.8}) {
+            const glm::dvec3 v(std::sqrt(1.0 - c * c), 0.0, c);
+            const auto sumOf = [&](const auto& f) {
+                return overHemisphere(
+                    v,
+                    [&](const glm::dvec3& l, const glm::dvec3& half) {
+                        return f(l) * double(glsl::sheenLobe(float(l.z), float(c), float(half.z),
+                                                             float(roughness)));
+                    },
+                    128);
+            };
+            const double whole = sumOf([](const glm::dvec3&) { return 1.0; });
+            if (whole < 0.05) continue;
+            const glm::vec2 axis = glsl::sheenAxis(float(c), float(roughness));
+            EXPECT_NEAR(axis.x, sumOf([](const glm::dvec3& l) { return l.x; }) / whole, 0.04);
+            EXPECT_NEAR(axis.y, sumOf([](const glm::dvec3& l) { return l.z; }) / whole, 0.04);
+            // The axes of the two parts are z and the middle between x and z.
+            const glm::vec2 parts = glsl::sheenSpread(axis);
+            const double zz = (1.0 + 2.0 * double{parts.x} + 0.5 * double{parts.y}) / 3.0;
+            const double xz = 0.5 * double{parts.y};
+            EXPECT_NEAR(zz, sumOf([](const glm::dvec3& l) { return l.z * l.z; }) / whole, 0.04)
+                << roughness << ' ' << c;
+            EXPECT_NEAR(xz, sumOf([](const glm::dvec3& l) { return l.x * l.z; }) / whole, 0.04)
+                << roughness << ' ' << c;
+        }
+    }
+}
+
 TEST(Sheen, IsFiniteForEveryInput) {
     for (const float l : hardCosines()) {
         for (const float v : hardCosines()) {
