@@ -67,14 +67,15 @@ MirrorPlace mirrorPlace(Surface s, vec3 position) {
     MirrorPlace found;
     found.at = pictureCoordinate(gl_FragCoord.xy);
     float toMirror = length(position);
-    float spread = 2.0f * s.roughness * s.roughness;
+    // One look-up is as wide as the lobe is across the plane of incidence.
+    float alpha = roundLobe(s.normal, s.toEye, s.nDotV, s.roughness * s.roughness).alpha;
     // The distance of the reflected objects is estimated over half the width of the lobe. Over its full
     // width, the lower end of an object on the mirror would be mixed with the empty space behind the
     // plane.
     found.first = textureLod(mirrorPicture, found.at, 0.0f).a;
     insideMirror(found, toMirror);
     float first = beyondSurface(found.first, toMirror);
-    float wide = min(0.5f * lobeLod(spread, reflection.levels.y * lobeReach(toMirror, first)),
+    float wide = min(0.5f * lobeLod(2.0f * alpha, reflection.levels.y * lobeReach(toMirror, first)),
                      reflection.levels.x);
     float mixed = textureLod(mirrorPicture, found.at, wide).a;
     found.beyond = beyondSurface(mixed, toMirror);
@@ -84,7 +85,7 @@ MirrorPlace mirrorPlace(Surface s, vec3 position) {
     float apart = first / (kClose * max(toMirror, 1e-18f));
     found.beyond = min(found.beyond, first * (1.0f + apart));
     float sky = clamp(mixed - found.first, 0.0f, 1.0f);
-    float level = mirrorLod(s.roughness, reflection.levels.y, toMirror, found.beyond);
+    float level = mirrorLod(sqrt(alpha), reflection.levels.y, toMirror, found.beyond);
     found.blur = 1.0f - sky * clamp(2.0f - apart, 0.0f, 1.0f);
     found.level = min(level, reflection.levels.x) * found.blur;
     return found;

@@ -280,8 +280,10 @@ TEST_F(MirrorTruth, RoughFloorsAreSharpAtContact) {
             EXPECT_GT(width, 0.98 * before) << samples << " samples, row " << y;
             if (y == 130) {
                 EXPECT_LT(width, 1.5) << samples << " samples, at the foot";
-            } else if (samples > 1) {
-                EXPECT_NEAR(width / predicted, 1.0, 0.1) << "row " << y;
+            } else {
+                // One look-up is between two levels of the picture, whose widths differ by 2.
+                EXPECT_NEAR(width / predicted, 1.0, samples > 1 ? 0.1 : 0.35)
+                    << samples << " samples, row " << y;
             }
             before = width;
         }
