@@ -2,6 +2,7 @@
 #include "tests/support/attacks.h"
 #include "tests/support/overload.h"
 #include "tests/support/raw_client.h"
+#include "tests/support/soon.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -195,14 +196,12 @@ TEST(Shutdown, ASecondSignalEndsTheServerImmediately) {
     RawClient busy(server.port());
     busy.send(post("/v1/frames", R"({"scene": "chapel", "width": 2048, "height": 2048,
                                      "accuracy": "fine"})"));
-    for (int i = 0; i < 3000 && metric(server.port(), "clerestory_queue_depth") < 1; ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    ASSERT_TRUE(within(std::chrono::seconds(30),
+                       [&] { return metric(server.port(), "clerestory_queue_depth") >= 1; }));
     server.signal(SIGTERM);
     // The first signal is handled once the server accepts no connections.
-    for (int i = 0; i < 3000 && RawClient(server.port()).connected(); ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    ASSERT_TRUE(
+        within(std::chrono::seconds(30), [&] { return !RawClient(server.port()).connected(); }));
     const int status = server.end(SIGTERM);
     EXPECT_TRUE(WIFSIGNALED(status)) << "it waited for the frame";
 }

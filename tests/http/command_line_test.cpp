@@ -2,6 +2,7 @@
 #include "image/image.h"
 #include "tests/support/program.h"
 #include "tests/support/server_process.h"
+#include "tests/support/soon.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -330,11 +331,10 @@ TEST(CommandLine, SignalsEndTheServerAfterTheCurrentFrame) {
             EXPECT_THAT(result ? result->status : 0, testing::AnyOf(200, 503));
         });
         httplib::Client client("127.0.0.1", server.port());
-        for (int i = 0; i < 1000; ++i) {
+        within(std::chrono::seconds(2), [&] {
             const auto metrics = client.Get("/metrics");
-            if (metrics && metrics->body.find("queue_depth 1\n") != std::string::npos) break;
-            std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        }
+            return metrics && metrics->body.find("queue_depth 1\n") != std::string::npos;
+        });
         const int status = server.end(signal);
         frame.join();
         EXPECT_TRUE(WIFEXITED(status)) << "ended by a signal";

@@ -1,12 +1,10 @@
 // POST /v1/comparisons on a real server: the job, its figures, images, and rejections.
 #include "tests/support/compare_images.h"
+#include "tests/support/soon.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <chrono>
-#include <thread>
 
 namespace clerestory::test {
 namespace {
@@ -29,11 +27,12 @@ json jobAt(httplib::Client& client, const std::string& place) {
 }
 
 json ended(httplib::Client& client, const std::string& place) {
-    for (;;) {
-        json job = jobAt(client, place);
-        if (job.is_null() || (job["state"] != "queued" && job["state"] != "running")) return job;
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    json job;
+    EXPECT_TRUE(within(kPatience, [&] {
+        job = jobAt(client, place);
+        return job.is_null() || (job["state"] != "queued" && job["state"] != "running");
+    }));
+    return job;
 }
 
 TEST(Comparisons, AJobReportsTimeAndErrorOfEachSetting) {
@@ -93,22 +92,12 @@ TEST(Comparisons, ResultsAreReproducible) {
     EXPECT_EQ(errors[0], errors[1]);
 }
 
-// The answer once all scenes are loaded and all budgets are measured.
-httplib::Result answered(httplib::Client& client, const std::string& path,
-                         const std::string& body) {
-    for (;;) {
-        httplib::Result result = postJson(client, path, body);
-        if (!result || result->status != 409) return result;
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-}
-
 json comparedSettings(httplib::Client& client, const std::string& scene) {
     const std::string body = R"({"width": 64, "height": 48, "frames": 1, "samples": 8,
         "settings": ["draft"], "errorPictures": true,
         "camera": {"position": [3, 2, 5], "target": [0, 0.5, 0]}, "scene": )" +
                              scene + "}";
-    const auto started = answered(client, "/v1/comparisons", body);
+    const auto started = postUntilReady(client, "/v1/comparisons", body);
     EXPECT_EQ(started->status, 202) << started->body;
     const json job = ended(client, started->get_header_value("Location"));
     EXPECT_EQ(job["state"], "done") << job;
@@ -163,10 +152,7 @@ TEST(Budgets, AFrameReportsTheSettingThatItsBudgetChose) {
     ASSERT_EQ(frame->status, 409) << "nothing has been measured yet";
     EXPECT_EQ(frame->get_header_value("Retry-After"), "2");
     problemOf(frame, 409);
-    for (int i = 0; i < 6000 && frame->status == 409; ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-        frame = postJson(client, "/v1/frames", within(R"({"maxMilliseconds": 60000})"));
-    }
+    frame = postUntilReady(client, "/v1/frames", within(R"({"maxMilliseconds": 60000})"));
     ASSERT_EQ(frame->status, 200) << frame->body;
     EXPECT_THAT(frame->get_header_value("Clerestory-Accuracy"), testing::HasSubstr("predicted"));
     const auto plan = postJson(client, "/v1/plans", within(R"({"maxMilliseconds": 60000})"));
@@ -201,7 +187,7 @@ TEST(Budgets, AListOfScenesHasACurveOfItsOwn) {
                x + R"(, 0, 0]}], "accuracy": )" + accuracy + "}";
     };
     const std::string budget = R"({"maxMilliseconds": 60000})";
-    const auto drawn = answered(client, "/v1/frames", frame("1", budget));
+    const auto drawn = postUntilReady(client, "/v1/frames", frame("1", budget));
     ASSERT_EQ(drawn->status, 200) << drawn->body;
     const auto plan = postJson(client, "/v1/plans", frame("1", budget));
     const json chosen = json::parse(plan->body)["accuracy"]["chosen"];

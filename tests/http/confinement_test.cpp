@@ -7,6 +7,7 @@
 #include "tests/bench/process_tree.h"
 #include "tests/support/confinement.h"
 #include "tests/support/server_process.h"
+#include "tests/support/soon.h"
 
 #include <gtest/gtest.h>
 
@@ -209,11 +210,10 @@ TEST(Confinement, EveryThreadOfEveryWorkerIsFiltered) {
     const ServerProcess server({"--scene", "six-walls"});
     ASSERT_TRUE(server.waitUntilReady());
     std::vector<pid_t> workers;
-    for (int i = 0; i < 3000 && workers.size() < 2; ++i) {
+    ASSERT_TRUE(within(std::chrono::seconds(30), [&] {
         workers = bench::workersOf(server.id());
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    ASSERT_EQ(workers.size(), 2u);
+        return workers.size() == 2;
+    })) << workers.size();
     int threads = 0;
     const auto filtered = [&](pid_t worker) {
         threads = 0;
@@ -231,10 +231,7 @@ TEST(Confinement, EveryThreadOfEveryWorkerIsFiltered) {
     };
     for (const pid_t worker : workers) {
         // The standby may just have started.
-        for (int i = 0; i < 1000 && !filtered(worker); ++i) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        }
-        EXPECT_TRUE(filtered(worker));
+        EXPECT_TRUE(soon([&] { return filtered(worker); }));
         std::printf("a worker: %d threads, all filtered\n", threads);
     }
 }

@@ -2,6 +2,7 @@
 // file or what it belongs to has changed.
 #include "scene/import/sandbox/jail.h"
 #include "server/jobs/budgets.h"
+#include "tests/support/soon.h"
 #include "tests/support/test_server.h"
 #include "tests/unit/import_support.h"
 
@@ -9,7 +10,6 @@
 
 #include <csignal>
 #include <fstream>
-#include <thread>
 
 namespace clerestory::test {
 namespace {
@@ -122,12 +122,11 @@ TEST_F(CurveStoreTest, CurvesOutliveTheirWorker) {
         Server server(config);
         server.start();
         ASSERT_EQ(ask(server)->status, 409);
-        for (int i = 0; i < 6000 && picture.empty(); ++i) {
-            std::this_thread::sleep_for(20ms);
+        ASSERT_TRUE(within(120s, [&] {
             const auto answer = ask(server);
             if (answer->status == 200) picture = answer->body;
-        }
-        ASSERT_FALSE(picture.empty());
+            return answer->status == 200;
+        }));
         killWorker(server);
         const auto after = ask(server);
         ASSERT_EQ(after->status, 200) << after->body;

@@ -16,7 +16,6 @@
 #include <regex>
 #include <set>
 #include <sstream>
-#include <thread>
 
 namespace clerestory::test {
 namespace {
@@ -178,11 +177,7 @@ TEST(DocumentFiles, PostedRequestsAreAccepted) {
         const std::string text = contentOf(path);
         for (std::sregex_iterator it(text.begin(), text.end(), command), end; it != end; ++it) {
             const json body = json::parse((*it)[2].str());
-            auto result = postJson(client, (*it)[1], reduced(body).dump());
-            while (result && result->status == 409) {  // its scene is loading
-                std::this_thread::sleep_for(std::chrono::milliseconds(20));
-                result = postJson(client, (*it)[1], reduced(body).dump());
-            }
+            const auto result = postUntilReady(client, (*it)[1], reduced(body).dump());
             ASSERT_TRUE(result) << path;
             EXPECT_EQ(result->status / 100, 2) << path << ": " << result->body;
             ++count;
@@ -204,10 +199,7 @@ TEST(DocumentFiles, FencedFrameRequestsAreAccepted) {
             if (body["scene"].is_string() && !builtin.contains(body["scene"])) {
                 body["scene"] = "six-walls";
             }
-            auto result = postJson(client, "/v1/plans", body.dump());
-            while (result && result->status == 409) {  // the scene is loading
-                result = postJson(client, "/v1/plans", body.dump());
-            }
+            const auto result = postUntilReady(client, "/v1/plans", body.dump());
             ASSERT_TRUE(result) << path;
             EXPECT_EQ(result->status, 200) << path << ": " << result->body;
             ++count;

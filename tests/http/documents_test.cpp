@@ -1,4 +1,5 @@
 // The server's self-description: schema, renderer, health, metrics, the web page.
+#include "tests/support/soon.h"
 #include "tests/support/test_server.h"
 
 #include "comparison/comparison.h"
@@ -6,11 +7,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <regex>
 #include <set>
 #include <sstream>
-#include <thread>
 
 namespace clerestory::test {
 namespace {
@@ -187,10 +186,10 @@ TEST(Documents, ResponsesMatchTheirSchema) {
     expectDescribed("Job", json::parse(started->body));
     const std::string place = started->get_header_value("Location");
     json job;
-    do {
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_TRUE(within(kPatience, [&] {
         job = documentAt(place.c_str());
-    } while (job.value("state", "") == "queued" || job.value("state", "") == "running");
+        return job.value("state", "") != "queued" && job.value("state", "") != "running";
+    }));
     EXPECT_EQ(job["state"], "done");
     expectDescribed("Job", job);
     expectDescribed("Problem",

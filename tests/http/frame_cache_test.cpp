@@ -1,6 +1,7 @@
 // Equal requests of frames are answered from memory: the same bytes, without the renderer, for as
 // long as they would be drawn the same.
 #include "server/base/process.h"
+#include "tests/support/soon.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>
@@ -134,9 +135,7 @@ TEST(FrameCache, AHitNeedsNoPlaceInTheQueue) {
         auto own = server.client();
         EXPECT_FALSE(isHit(postJson(own, "/v1/frames", smallFrame(R"("time": 1)"))));
     });
-    while (server.backend().queue().depth() == 0) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    EXPECT_TRUE(within(kPatience, [&] { return server.backend().queue().depth() != 0; }));
     problemOf(postJson(client, "/v1/frames", smallFrame(R"("time": 2)")), 503);
     problemOf(postJson(client, "/v1/plans", smallFrame()), 503);
     EXPECT_TRUE(isHit(postJson(client, "/v1/frames", smallFrame())));
@@ -218,12 +217,7 @@ TEST(FrameCache, ExplainedFramesAndBudgetsAreDrawnEachTime) {
     }
     EXPECT_EQ(server.framesDrawn(), 7u);
     const std::string budget = smallFrame(R"("accuracy": {"maxMilliseconds": 1000})");
-    auto result = postJson(client, "/v1/frames", budget);
-    for (int i = 0; i < 600 && result->status == 409; ++i) {  // its curve is measured
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
-        result = postJson(client, "/v1/frames", budget);
-    }
-    EXPECT_FALSE(isHit(result));
+    EXPECT_FALSE(isHit(postUntilReady(client, "/v1/frames", budget)));
     EXPECT_FALSE(isHit(postJson(client, "/v1/frames", budget)));
     EXPECT_EQ(metric(client, "clerestory_frame_cache_entries"), 1.0);
 }

@@ -3,6 +3,7 @@
 #include "tests/support/plain_effects.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
+#include "tests/support/soon.h"
 
 #include <gtest/gtest.h>
 #include <httplib.h>
@@ -68,15 +69,11 @@ public:
 
     // Waits until the proxy believes so many servers to be up. Returns false after a minute.
     bool awaitServersUp(int count) const {
-        for (int i = 0; i < 600; ++i) {
+        return within(60s, [&] {
             httplib::Client client("127.0.0.1", statePort_);
             const auto result = client.Get("/");
-            if (result && result->status == 200 && result->body == std::to_string(count)) {
-                return true;
-            }
-            std::this_thread::sleep_for(100ms);
-        }
-        return false;
+            return result && result->status == 200 && result->body == std::to_string(count);
+        });
     }
 
 private:
@@ -113,10 +110,12 @@ TEST(HaProxy, KillingOneServerUnderLoadLosesNoRequest) {
         direct.set_read_timeout(60);
         for (int i = 0; i < 21; ++i) {
             auto result = direct.Post("/v1/frames", body(i), "application/json");
-            for (int k = 0; k < 600 && result && result->status == 409; ++k) {  // it loads
-                std::this_thread::sleep_for(50ms);
-                result = direct.Post("/v1/frames", body(i), "application/json");
-            }
+            within(30s, [&] {  // its scene loads
+                if (result && result->status == 409) {
+                    result = direct.Post("/v1/frames", body(i), "application/json");
+                }
+                return !result || result->status != 409;
+            });
             ASSERT_TRUE(result && result->status == 200);
             const auto known = expected.emplace(body(i), result->body).first;
             ASSERT_TRUE(known->second == result->body);
@@ -142,9 +141,8 @@ TEST(HaProxy, KillingOneServerUnderLoadLosesNoRequest) {
         });
     }
     const auto awaitMore = [&] {  // under load, independent of the machine's speed
-        for (int goal = right + 20, i = 0; i < 1200 && right < goal; ++i) {
-            std::this_thread::sleep_for(50ms);
-        }
+        const int goal = right + 20;
+        EXPECT_TRUE(within(60s, [&] { return right >= goal; }));
     };
     awaitMore();
     const int before = right;

@@ -1,6 +1,7 @@
 // The queue of long work: order, progress, cancellation, failures, stored results, limits.
 #include "server/jobs/jobs.h"
 #include "server/base/problem.h"
+#include "tests/support/soon.h"
 
 #include <gtest/gtest.h>
 
@@ -30,11 +31,12 @@ std::function<Jobs::Work(const std::string&)> simply(Jobs::Work work) {
 }
 
 JobStatus ended(const Jobs& jobs, const std::string& id) {
-    for (;;) {
-        const JobStatus status = jobs.find(id);
-        if (status.state != JobState::queued && status.state != JobState::running) return status;
-        std::this_thread::sleep_for(1ms);
-    }
+    JobStatus status;
+    EXPECT_TRUE(within(kPatience, [&] {
+        status = jobs.find(id);
+        return status.state != JobState::queued && status.state != JobState::running;
+    }));
+    return status;
 }
 
 // Work that waits for a signal to continue, and the values that it received from its control.

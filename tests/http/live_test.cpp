@@ -1,6 +1,7 @@
 // Live views: every viewer receives what was put, and the last frame again once the view is at
 // rest.
 #include "tests/support/drawing_gate.h"
+#include "tests/support/soon.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>
@@ -47,12 +48,13 @@ public:
 
     // Waits for that many pictures; those whole so far.
     std::vector<std::string> pictures(std::size_t wanted) {
-        for (int i = 0; i < 1500; ++i) {
-            if (const auto seen = parsed(); seen.pictures.size() >= wanted) return seen.pictures;
-            std::this_thread::sleep_for(10ms);
-        }
-        ADD_FAILURE() << "only " << parsed().pictures.size() << " of " << wanted
-                      << " pictures came";
+        std::vector<std::string> seen;
+        const bool all = within(15s, [&] {
+            seen = parsed().pictures;
+            return seen.size() >= wanted;
+        });
+        if (all) return seen;
+        ADD_FAILURE() << "only " << seen.size() << " of " << wanted << " pictures came";
         return std::vector<std::string>(wanted);
     }
     // The same: the headers of their parts.
@@ -192,7 +194,7 @@ TEST(Live, OfThePosesThatWaitOnlyTheNewestIsDrawn) {
         const std::uint64_t before = drawn();
         auto hold = server.holdRenderer();
         ASSERT_EQ(put(client, "held", viewFrom(0.1)), 204);
-        while (server.backend().queue().depth() == 0) std::this_thread::sleep_for(1ms);
+        EXPECT_TRUE(within(kPatience, [&] { return server.backend().queue().depth() != 0; }));
         for (int i = 2; i <= 9; ++i) ASSERT_EQ(put(client, "held", viewFrom(0.1 * i)), 204);
         hold.reset();
         const std::string last = frameOf(client, viewFrom(0.9));

@@ -7,6 +7,7 @@
 #include "tests/support/plain_effects.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
+#include "tests/support/soon.h"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +24,6 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <thread>
 
 namespace clerestory::test {
 namespace {
@@ -89,30 +89,27 @@ std::string numberOf(const std::string& answer) {
 // After a failure: the frame, once a renderer is available again.
 std::string pictureSoon(int port) {
     std::string answer;
-    for (int i = 0; i < 100; ++i) {
+    soon([&] {
         answer = ask(port, frame(), 60.0);
-        if (statusOf(answer) == 200) break;
-        std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
+        return statusOf(answer) == 200;
+    });
     return std::string(bodyOf(answer));
 }
 
 bool standbyWaits(int port) {
-    for (int i = 0; i < 1500; ++i) {
-        if (metric(port, "clerestory_workers{role=\"warmStandby\"}") == 1) return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    return false;
+    return within(std::chrono::seconds(30),
+                  [&] { return metric(port, "clerestory_workers{role=\"warmStandby\"}") == 1; });
 }
 
 // Never less than 1, which kill() would take for many processes.
 pid_t answeringWorker(const ServerProcess& server) {
-    for (int i = 0; i < 500; ++i) {
-        const std::vector<pid_t> workers = bench::workersOf(server.id());
-        if (workers.size() > 1) return workers.front();  // and a standby, or one that starts
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    throw std::runtime_error("no two workers");
+    std::vector<pid_t> workers;
+    const bool areTwo = soon([&] {  // and a standby, or one that starts
+        workers = bench::workersOf(server.id());
+        return workers.size() > 1;
+    });
+    if (!areTwo) throw std::runtime_error("no two workers");
+    return workers.front();
 }
 
 TEST_F(ProcessFault, AGpuResetEndsTheRendererAndLosesNothing) {
@@ -187,10 +184,8 @@ void failStart(const ServerProcess& server, SharedFaults& faults, const std::str
     faults->leastBytes = leastBytes;
     faults->failingFromStart = n;
     ::kill(answeringWorker(server), SIGKILL);  // the standby answers, and the next one starts
-    for (int i = 0; i < 1500 && faults->failingFromStart > 0; ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
-    ASSERT_EQ(faults->failingFromStart, 0) << "it never started";
+    ASSERT_TRUE(within(std::chrono::seconds(30), [&] { return faults->failingFromStart == 0; }))
+        << "it never started";
     ASSERT_TRUE(standbyWaits(server.port()));
     ::kill(answeringWorker(server), SIGKILL);
     EXPECT_TRUE(pictureSoon(server.port()) == right) << "after allocation " << n << " of a start";

@@ -4,6 +4,7 @@
 #include "tests/support/overload.h"
 #include "tests/support/raw_client.h"
 #include "tests/support/server_process.h"
+#include "tests/support/soon.h"
 
 #include <gtest/gtest.h>
 
@@ -93,11 +94,8 @@ std::unique_ptr<Program> nginx(int port, int server) {
 }
 
 bool awaitStatus(int port, const std::string& path, int status) {
-    for (int i = 0; i < 600; ++i) {
-        if (statusOf(ask(port, get(path, "Connection: close\r\n"))) == status) return true;
-        std::this_thread::sleep_for(50ms);
-    }
-    return false;
+    return within(
+        30s, [&] { return statusOf(ask(port, get(path, "Connection: close\r\n"))) == status; });
 }
 
 // Answers with the name of its client.

@@ -1,11 +1,11 @@
 // The queue before several renderers: who draws what, and when. The renderers are values here.
 #include "server/worker/renderer_queue.h"
 #include "server/api/metrics.h"
+#include "tests/support/soon.h"
 
 #include <gtest/gtest.h>
 
 #include <future>
-#include <thread>
 
 namespace clerestory::test {
 namespace {
@@ -82,7 +82,7 @@ protected:
             new RendererQueue::Place(queue.take(turnOf(client), {.scene = scene})));
     }
     void awaitWaiting(std::size_t count) {
-        while (queue.usage().entries.total != count) std::this_thread::sleep_for(1ms);
+        EXPECT_TRUE(within(kPatience, [&] { return queue.usage().entries.total == count; }));
     }
     template <class Work>
     static ProblemCode codeOf(Work work) {
@@ -190,7 +190,7 @@ TEST_F(TwoRenderers, DeadlinesStandStillWhileShadersAreCompiled) {
 TEST_F(TwoRenderers, RefuseNewWaitsForTheAcceptedOnes) {
     auto first = held("x");
     auto stopped = std::async(std::launch::async, [&] { queue.refuseNew(); });
-    while (!queue.refusalFor("y")) std::this_thread::sleep_for(1ms);
+    EXPECT_TRUE(within(kPatience, [&] { return queue.refusalFor("y").has_value(); }));
     EXPECT_EQ(codeOf([&] { queue.take(turnOf("y"), {.scene = "a"}); }), ProblemCode::shuttingDown);
     EXPECT_EQ(stopped.wait_for(20ms), std::future_status::timeout);
     first.reset();

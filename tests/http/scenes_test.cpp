@@ -1,4 +1,5 @@
 // Scenes over HTTP: the list, one scene, and scenes that load or fail to load.
+#include "tests/support/soon.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>
@@ -6,7 +7,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <thread>
 
 namespace clerestory::test {
 namespace {
@@ -37,11 +37,10 @@ json jsonAt(httplib::Client& client, const std::string& path) {
 // Asks until the scene is neither waiting nor loading.
 json settled(httplib::Client& client, const std::string& id) {
     json scene;
-    for (int i = 0; i < 600; ++i) {
+    within(kPatience, [&] {
         scene = jsonAt(client, "/v1/scenes/" + id);
-        if (scene.is_null() || scene["state"] == "ready" || scene["state"] == "failed") break;
-        std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
+        return scene.is_null() || scene["state"] == "ready" || scene["state"] == "failed";
+    });
     return scene;
 }
 
@@ -143,9 +142,8 @@ TEST(Scenes, ALoadingSceneIsAConflict) {
     config.scenes.import.limits.wallClock = std::chrono::milliseconds(4000);
     TestServer server(config);
     auto client = server.client();
-    while (jsonAt(client, "/v1/scenes/slow")["state"] == "waiting") {
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    ASSERT_TRUE(
+        within(kPatience, [&] { return jsonAt(client, "/v1/scenes/slow")["state"] != "waiting"; }));
     const auto result = postJson(client, "/v1/frames", R"({"scene": "slow"})");
     const json problem = problemOf(result, 409);
     EXPECT_THAT(problem["detail"].get<std::string>(), HasSubstr("slow is loading"));

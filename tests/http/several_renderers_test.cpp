@@ -1,4 +1,5 @@
 // Several renderers in processes of their own: one server, the same bytes.
+#include "tests/support/soon.h"
 #include "worker_support.h"
 
 #include <gmock/gmock.h>
@@ -38,10 +39,7 @@ protected:
                 return state.loaded && state.loaded->scenes.size() == scenes;
             });
         };
-        for (int i = 0; !bothHold(); ++i) {
-            ASSERT_LT(i, 2400) << "the second renderer does not follow";
-            std::this_thread::sleep_for(50ms);
-        }
+        ASSERT_TRUE(within(120s, bothHold)) << "the second renderer does not follow";
     }
     // Eight clients request frames 0 to 7 at the same time, each as often as `rounds`. Returns the
     // renderers that drew them.
@@ -121,11 +119,10 @@ TEST_F(SeveralRenderers, KillsDuringFramesLoseNothing) {
         awaitStandby(server);
         const pid_t victim = supervisorOf(server).activeProcesses()[i % 2];
         kill(victim, SIGKILL);
-        for (int n = 0; n < 3000; ++n) {
+        EXPECT_TRUE(within(30s, [&] {
             const auto active = supervisorOf(server).activeProcesses();
-            if (std::find(active.begin(), active.end(), victim) == active.end()) break;
-            std::this_thread::sleep_for(10ms);
-        }
+            return std::find(active.begin(), active.end(), victim) == active.end();
+        }));
     }
     ending = true;
     clients.join();
@@ -162,10 +159,7 @@ TEST_F(SeveralRenderers, LoadTheSameScenes) {
     const std::string body =
         R"({"scene": "orbiting-cubes", "width": 64, "height": 48, )" + kPlainEffects + "}";
     auto client = this->client();
-    auto answer = postJson(client, "/v1/frames", body);
-    for (; answer->status == 409; answer = postJson(client, "/v1/frames", body)) {
-        std::this_thread::sleep_for(20ms);
-    }
+    const auto answer = postUntilReady(client, "/v1/frames", body);
     ASSERT_EQ(answer->status, 200) << answer->body;
     for (int i = 0; i < 8; ++i) {
         EXPECT_EQ(postJson(client, "/v1/frames", body)->status, 200) << "loaded by one at least";
@@ -182,13 +176,12 @@ TEST_F(SeveralRenderers, LoadTheSameScenes) {
                               smallFrame(R"("frames": 1, "samples": 2, "settings": ["draft"])"));
     ASSERT_EQ(job->status, 202) << job->body;
     const std::string place = job->get_header_value("Location");
-    for (int i = 0; i < 6000; ++i) {
-        const json state = json::parse(client.Get(place)->body)["state"];
-        ASSERT_NE(state, "failed");
-        if (state == "done") return;
-        std::this_thread::sleep_for(10ms);
-    }
-    ADD_FAILURE() << "the job does not end";
+    std::string state;
+    EXPECT_TRUE(within(60s, [&] {
+        state = json::parse(client.Get(place)->body)["state"];
+        return state == "done" || state == "failed";
+    })) << "the job does not end";
+    EXPECT_EQ(state, "done");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "server/worker/worker.h"
 
 #include "server/base/problem.h"
+#include "tests/support/soon.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -120,10 +121,7 @@ std::string refusalOf(Supervisor& supervisor, const std::string& body) {
 }
 
 void awaitBoth(const Supervisor& supervisor) {
-    for (int i = 0; i < 3000 && supervisor.processes().second == 0; ++i) {
-        std::this_thread::sleep_for(10ms);
-    }
-    ASSERT_NE(supervisor.processes().second, 0);
+    ASSERT_TRUE(within(30s, [&] { return supervisor.processes().second != 0; }));
 }
 
 std::string contentOf(const std::string& file) {
@@ -196,10 +194,8 @@ TEST(Supervisor, AWorkerThatLivesAndIsNeverReadyIsGivenUp) {
 TEST(Supervisor, WorkersKnowTheirRole) {
     const std::string roles = freshMark("roles");
     const auto awaitLine = [&](const std::string& line) {
-        for (int i = 0; i < 3000 && contentOf(roles).find(line) == std::string::npos; ++i) {
-            std::this_thread::sleep_for(10ms);
-        }
-        EXPECT_THAT(contentOf(roles), testing::HasSubstr(line));
+        EXPECT_TRUE(within(30s, [&] { return contentOf(roles).find(line) != std::string::npos; }))
+            << line << " is not in " << contentOf(roles);
     };
     Supervisor supervisor(options(roles.c_str()));
     awaitBoth(supervisor);
@@ -230,8 +226,7 @@ TEST(Supervisor, TheStandbyAnswersPendingCalls) {
         const auto size = std::filesystem::file_size(mark, missing);
         return missing ? 0 : size;
     };
-    for (int i = 0; i < 3000 && pending() < 20; ++i) std::this_thread::sleep_for(10ms);
-    ASSERT_EQ(pending(), 20u);
+    ASSERT_TRUE(within(30s, [&] { return pending() == 20; })) << pending();
     kill(first, SIGKILL);
     for (auto& answer : answers) EXPECT_EQ(answer.get(), word + " by " + std::to_string(second));
     awaitBoth(supervisor);
@@ -314,10 +309,7 @@ TEST(Supervisor, AnIdleWorkerThatEndsIsReplaced) {
     awaitBoth(supervisor);
     const auto [first, second] = supervisor.processes();
     kill(first, SIGKILL);
-    for (int i = 0; i < 500 && supervisor.processes().first != second; ++i) {
-        std::this_thread::sleep_for(10ms);
-    }
-    EXPECT_EQ(supervisor.processes().first, second);
+    EXPECT_TRUE(soon([&, standby = second] { return supervisor.processes().first == standby; }));
     awaitBoth(supervisor);
 }
 
@@ -358,10 +350,7 @@ TEST(Supervisor, ARequestOnWhichTheRendererHangsAfterItsAnswerIsQuarantined) {
     Supervisor supervisor(options());
     awaitBoth(supervisor);
     EXPECT_EQ(supervisor.ask(callWith("hang")).body, "late");
-    for (int i = 0; i < 1000 && supervisor.counters().ended == 0; ++i) {
-        std::this_thread::sleep_for(10ms);
-    }
-    EXPECT_EQ(supervisor.counters().ended, 1u);
+    EXPECT_TRUE(soon([&] { return supervisor.counters().ended == 1; }));
     EXPECT_EQ(refusalOf(supervisor, "hang"), "quarantined");
     EXPECT_EQ(supervisor.counters().ended, 1u) << "it reached no worker";
     EXPECT_THAT(refusalOf(supervisor, "plain"), testing::StartsWith("answered"));

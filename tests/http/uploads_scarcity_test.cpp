@@ -2,6 +2,7 @@
 #include "server/base/process.h"
 #include "tests/http/uploads_support.h"
 #include "tests/support/server_process.h"
+#include "tests/support/soon.h"
 
 #include <csignal>
 #include <fstream>
@@ -73,11 +74,10 @@ void awaitShaders(SceneLibrary& library) {
         return scene.state == SceneState::loading ||
                (scene.state == SceneState::ready && !library.warmUp(scene.id).finished);
     };
-    for (;;) {
+    EXPECT_TRUE(within(kPatience, [&] {
         const std::vector<SceneStatus> scenes = library.all();
-        if (std::none_of(scenes.begin(), scenes.end(), busy)) return;
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+        return std::none_of(scenes.begin(), scenes.end(), busy);
+    }));
 }
 
 // 30 swaps; CLERESTORY_SCENE_SWAPS says how many in a long run.
@@ -199,8 +199,7 @@ protected:
             const auto [active, standby] = supervisor.scenes();
             return supervisor.standbyIsWarm() && standby == active && active > 1;
         };
-        for (int i = 0; i < 6000 && !standbyHasIt(); ++i) std::this_thread::sleep_for(10ms);
-        ASSERT_TRUE(standbyHasIt());
+        ASSERT_TRUE(within(60s, standbyHasIt));
     }
     Server server{workerConfig()};
 };
@@ -278,8 +277,7 @@ TEST(UploadsOfSeveralRenderers, AreDeletedInAll) {
         }
         return count;
     };
-    for (int i = 0; i < 2400 && holders() < 2; ++i) std::this_thread::sleep_for(50ms);
-    ASSERT_EQ(holders(), 2);
+    ASSERT_TRUE(within(120s, [&] { return holders() == 2; }));
     EXPECT_EQ(pictureOf(client, id), picture);
     EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);
     EXPECT_EQ(holders(), 0);

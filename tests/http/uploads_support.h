@@ -2,13 +2,13 @@
 #pragma once
 
 #include "tests/support/scene_files.h"
+#include "tests/support/soon.h"
 #include "tests/support/test_server.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <thread>
 
 namespace clerestory::test {
 
@@ -70,16 +70,13 @@ inline std::size_t kept(const fs::path& folder) {
 
 // The bytes of a frame, or "" and a failure.
 inline std::string pictureOf(httplib::Client& client, const std::string& id) {
-    for (int i = 0; i < 200; ++i) {
-        const auto answer = postJson(client, "/v1/frames", frameOf(id));
-        if (answer && answer->status == 200) return answer->body;
-        if (!answer || (answer->status != 409 && answer->status != 503)) {
-            ADD_FAILURE() << id << ": " << (answer ? answer->body : "no answer");
-            return "";
-        }
-        std::this_thread::sleep_for(50ms);
-    }
-    ADD_FAILURE() << id << " never became ready";
+    httplib::Result answer(nullptr, httplib::Error::Unknown);
+    soon([&] {  // it loads, or the next renderer starts
+        answer = postJson(client, "/v1/frames", frameOf(id));
+        return !answer || (answer->status != 409 && answer->status != 503);
+    });
+    if (answer && answer->status == 200) return answer->body;
+    ADD_FAILURE() << id << ": " << (answer ? answer->body : "no answer");
     return "";
 }
 

@@ -1,6 +1,7 @@
 // Uploads: from the body to the frame, rejections and their reasons, what is stored.
 #include "tests/http/uploads_support.h"
 #include "tests/support/raw_client.h"
+#include "tests/support/soon.h"
 #include "tests/support/temporary_folder.h"
 
 #include <assimp/version.h>
@@ -146,9 +147,7 @@ TEST(Uploads, ADeletedSceneStaysUntilItsFrameIsDrawn) {
         ASSERT_TRUE(answer);
         EXPECT_EQ(answer->status, 200) << answer->body;
     });
-    for (int i = 0; i < 2000 && server.backend().queue().depth() == 0; ++i) {
-        std::this_thread::sleep_for(2ms);
-    }
+    EXPECT_TRUE(soon([&] { return server.backend().queue().depth() != 0; }));
     EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);
     problemOf(postJson(client, "/v1/frames", frameOf(id)), 404);
     held.reset();
@@ -254,12 +253,11 @@ TEST(Uploads, ScenesOfAFileLoadOnRequest) {
     TestServer server(config);
     auto client = server.client();
     problemOf(client.Get("/v1/scenes/town:1"), 409);
-    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     auto answer = client.Get("/v1/scenes/town:1");
-    while (answer->status == 409 && std::chrono::steady_clock::now() < until) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    within(60s, [&] {
         answer = client.Get("/v1/scenes/town:1");
-    }
+        return answer->status != 409;
+    });
     ASSERT_EQ(answer->status, 200) << answer->body;
     EXPECT_EQ(json::parse(answer->body)["title"], "town: night");
     problemOf(client.Get("/v1/scenes/chapel:1"), 404);

@@ -1,5 +1,6 @@
 // The renderer in a separate process: the same bytes, and nothing lost when it ends.
 #include "scene/import/sandbox/jail.h"
+#include "tests/support/soon.h"
 #include "tests/support/test_server.h"
 #include "worker_support.h"
 
@@ -39,9 +40,7 @@ TEST_F(WorkerServer, GivesTheBytesOfASingleProcess) {
                   b->get_header_value("Clerestory-Passes"));
     }
     // The reported state of shaders is equal once all are compiled.
-    while (there.Get("/readyz")->status != 200) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+    ASSERT_TRUE(within(kPatience, [&] { return there.Get("/readyz")->status == 200; }));
     sharedServer().awaitReady();
     for (const char* path : {"/v1/scenes", "/v1/scenes/six-walls", "/openapi.json"}) {
         EXPECT_EQ(there.Get(path)->body, here.Get(path)->body) << path;
@@ -116,9 +115,7 @@ TEST_F(WorkerServer, KillsDuringAFrameLoseNothing) {
         const pid_t victim = worker();
         const int before = right;
         kill(victim, SIGKILL);
-        for (int n = 0; n < 3000 && (worker() == victim || right < before + 2); ++n) {
-            std::this_thread::sleep_for(10ms);
-        }
+        EXPECT_TRUE(within(30s, [&] { return worker() != victim && right >= before + 2; }));
     }
     ending = true;
     for (std::thread& one : clients) one.join();
@@ -135,18 +132,17 @@ TEST(FrameCacheOfWorkers, AnswersThroughTheEndOfARenderer) {
     Server server(config);
     server.start();
     auto client = clientOf(server);
-    while (client.Get("/readyz")->status != 200) std::this_thread::sleep_for(20ms);
+    ASSERT_TRUE(within(kPatience, [&] { return client.Get("/readyz")->status == 200; }));
     const auto drawn = postJson(client, "/v1/frames", smallFrame());
     auto hit = postJson(client, "/v1/frames", smallFrame());
-    for (int i = 0; i < 500 && !hit->has_header("Age"); ++i) {  // the renderer was not warm
-        std::this_thread::sleep_for(20ms);
-        hit = postJson(client, "/v1/frames", smallFrame());
-    }
-    ASSERT_TRUE(hit->has_header("Age"));
+    ASSERT_TRUE(soon([&] {  // the renderer was not warm
+        if (!hit->has_header("Age")) hit = postJson(client, "/v1/frames", smallFrame());
+        return hit->has_header("Age");
+    }));
     EXPECT_EQ(hit->body, drawn->body);
     EXPECT_EQ(hit->get_header_value("Clerestory-Worker"), "1");
     awaitStandby(server);
-    while (!supervisorOf(server).standbyIsWarm()) std::this_thread::sleep_for(20ms);
+    ASSERT_TRUE(within(kPatience, [&] { return supervisorOf(server).standbyIsWarm(); }));
     killWorker(server);
     const auto after = postJson(client, "/v1/frames", smallFrame());
     EXPECT_TRUE(after->has_header("Age"));
@@ -161,11 +157,7 @@ TEST(FrameCacheOfWorkers, AnswersThroughTheEndOfARenderer) {
 TEST_F(WorkerServer, AFrameNamesItsRendererAndSceneGeneration) {
     auto client = this->client();
     const auto drawn = [&](const std::string& body) {
-        auto answer = postJson(client, "/v1/frames", body);
-        for (int i = 0; i < 600 && answer && answer->status == 409; ++i) {  // its scene loads
-            std::this_thread::sleep_for(50ms);
-            answer = postJson(client, "/v1/frames", body);
-        }
+        const auto answer = postUntilReady(client, "/v1/frames", body);
         EXPECT_EQ(answer->status, 200) << answer->body;
         return std::pair(answer->get_header_value("Clerestory-Worker"),
                          std::stoi("0" + answer->get_header_value("Clerestory-Scene-Generation")));
@@ -191,18 +183,13 @@ protected:
 
     std::string loaded() {
         auto client = this->client();
-        auto answer = postJson(client, "/v1/frames", kBody);
-        for (; answer->status == 409; answer = postJson(client, "/v1/frames", kBody)) {
-            std::this_thread::sleep_for(20ms);
-        }
+        const auto answer = postUntilReady(client, "/v1/frames", kBody);
         EXPECT_EQ(answer->status, 200) << answer->body;
         return answer->body;
     }
     void awaitScenes(const Counts& wanted) {
-        for (int i = 0; supervisorOf(server).scenes() != wanted; ++i) {
-            ASSERT_LT(i, 600) << "the standby does not follow";
-            std::this_thread::sleep_for(50ms);
-        }
+        ASSERT_TRUE(within(30s, [&] { return supervisorOf(server).scenes() == wanted; }))
+            << "the standby does not follow";
         EXPECT_TRUE(supervisorOf(server).standbyIsWarm());
     }
 };
@@ -230,7 +217,8 @@ TEST_F(SharedScenes, AFailedStandbyIsReplacedByOneWithoutScenes) {
     ASSERT_NO_FATAL_FAILURE(awaitScenes({2, 2}));
     const pid_t standby = supervisorOf(server).processes().second;
     ::kill(standby, SIGKILL);
-    while (supervisorOf(server).processes().second == standby) std::this_thread::sleep_for(20ms);
+    ASSERT_TRUE(
+        within(kPatience, [&] { return supervisorOf(server).processes().second != standby; }));
     ASSERT_NO_FATAL_FAILURE(awaitScenes({2, 1}));
     std::this_thread::sleep_for(1500ms);
     EXPECT_EQ(supervisorOf(server).scenes(), Counts(2, 1)) << "and stays so";
@@ -250,15 +238,13 @@ TEST_F(WorkerServer, AJobRestartsWhenItsRendererEnds) {
     const std::string place = started->get_header_value("Location");
     kill(worker(), SIGKILL);
     json job;
-    for (int i = 0; i < 6000; ++i) {
+    within(60s, [&] {
         const auto answer = client.Get(place);
-        ASSERT_TRUE(answer);
-        ASSERT_EQ(answer->status, 200) << answer->body;
-        job = json::parse(answer->body);
-        ASSERT_NE(job["state"], "failed") << job;
-        if (job["state"] == "done") break;
-        std::this_thread::sleep_for(10ms);
-    }
+        EXPECT_TRUE(answer && answer->status == 200);
+        job = answer ? json::parse(answer->body) : json::object();
+        const std::string state = job.value("state", "");
+        return state != "queued" && state != "running";
+    });
     EXPECT_EQ(job["state"], "done") << job;
     EXPECT_EQ(place, "/v1/jobs/" + job.value("id", ""));
     EXPECT_EQ(job["result"]["settings"].size(), 1u);
@@ -297,10 +283,10 @@ TEST_F(WorkerServer, WorkersEndWithTheirServer) {
     pid_t first = 0, second = 0;
     {
         Server other(workerConfig());
-        for (int i = 0; i < 3000 && second == 0; ++i) {
-            std::this_thread::sleep_for(10ms);
+        ASSERT_TRUE(within(30s, [&] {
             std::tie(first, second) = supervisorOf(other).processes();
-        }
+            return second != 0;
+        }));
         ASSERT_EQ(kill(first, 0), 0);
         ASSERT_EQ(kill(second, 0), 0);
     }

@@ -2,6 +2,7 @@
 
 #include "tests/support/clock.h"
 #include "tests/support/raw_client.h"
+#include "tests/support/soon.h"
 
 #include <poll.h>
 #include <sys/resource.h>
@@ -273,10 +274,10 @@ std::vector<Figure> crowds(const Target& target) {
         }
         worstAnswer(port, 1);
         std::size_t after = target.server.descriptors();
-        for (int i = 0; i < 200 && after > before; ++i) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        soon([&] {
             after = target.server.descriptors();
-        }
+            return after <= before;
+        });
         figures.push_back({.row = "C2",
                            .what = "300 resets, 1,000 half-closes",
                            .figure = std::to_string(before) + " descriptors before, " +

@@ -1,11 +1,9 @@
 #include "tests/support/test_server.h"
+#include "tests/support/soon.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spdlog/spdlog.h>
-
-#include <chrono>
-#include <thread>
 
 namespace clerestory::test {
 
@@ -36,18 +34,15 @@ Supervisor& supervisorOf(Server& server) {
 }
 
 void awaitStandby(Server& server) {
-    for (int i = 0; i < 3000 && supervisorOf(server).processes().second == 0; ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    EXPECT_TRUE(within(kPatience, [&] { return supervisorOf(server).processes().second != 0; }));
 }
 
 void killWorker(Server& server) {
     awaitStandby(server);
     const pid_t worker = supervisorOf(server).processes().first;
     ::kill(worker, SIGKILL);
-    for (int i = 0; i < 3000 && supervisorOf(server).processes().first == worker; ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    EXPECT_TRUE(
+        within(kPatience, [&] { return supervisorOf(server).processes().first != worker; }));
 }
 
 TestServer::TestServer(const Config& config) : server_(config) {
@@ -61,9 +56,7 @@ TestServer::~TestServer() {
 }
 
 void TestServer::awaitReady() {
-    while (client().Get("/readyz")->status != 200) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+    EXPECT_TRUE(within(kPatience, [&] { return client().Get("/readyz")->status == 200; }));
 }
 
 std::uint64_t TestServer::framesDrawn() {
@@ -107,6 +100,16 @@ httplib::Headers unless(const std::string& entityTags) {
 httplib::Result postJson(httplib::Client& client, const std::string& path,
                          const std::string& body) {
     return client.Post(path, body, "application/json");
+}
+
+httplib::Result postUntilReady(httplib::Client& client, const std::string& path,
+                               const std::string& body) {
+    httplib::Result answer(nullptr, httplib::Error::Unknown);
+    within(kPatience, [&] {
+        answer = postJson(client, path, body);
+        return !answer || answer->status != 409;
+    });
+    return answer;
 }
 
 std::string smallFrame(const std::string& more) {

@@ -57,6 +57,10 @@ TestServer& sharedServer();
 httplib::Headers unless(const std::string& entityTags);
 
 httplib::Result postJson(httplib::Client& client, const std::string& path, const std::string& body);
+// Repeats the request while the answer is 409: its scene is loading, or a budget is being measured.
+// Returns the last answer, which is still 409 if that takes minutes.
+httplib::Result postUntilReady(httplib::Client& client, const std::string& path,
+                               const std::string& body);
 
 // A frame of 64 x 48 of six-walls; `more` adds fields, as in R"("time": 1)". Has kPlainEffects
 // unless it adds effects.
