@@ -191,7 +191,7 @@ TEST(Shutdown, OtherSignalsDoNotEndTheServer) {
 }
 
 TEST(Shutdown, ASecondSignalEndsTheServerImmediately) {
-    ServerProcess server({"--scene", "six-walls"});
+    ServerProcess server({"--scene", "chapel"});
     ASSERT_TRUE(server.waitUntilReady());
     RawClient busy(server.port());
     busy.send(post("/v1/frames", R"({"scene": "chapel", "width": 2048, "height": 2048,

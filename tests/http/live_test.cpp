@@ -281,7 +281,11 @@ TEST(LiveViews, AClientLosesItsOwnOldestView) {
 }
 
 TEST(Live, StreamsAreBoundedAndEndWithTheServer) {
-    auto server = std::make_unique<TestServer>();
+    Config config = testConfig();
+    // Stopping waits for none of these.
+    config.http.limits.write = config.http.limits.idle = 1h;
+    config.queueSeconds = config.deadlineSeconds = 3600.0;
+    auto server = std::make_unique<TestServer>(config);
     std::vector<std::unique_ptr<StreamViewer>> watchers;
     for (int i = 0; i < 16; ++i) {
         watchers.push_back(
@@ -292,10 +296,7 @@ TEST(Live, StreamsAreBoundedAndEndWithTheServer) {
     const auto refused = client.Get("/v1/stream?width=32&height=24");
     EXPECT_EQ(problemOf(refused, 503)["title"], "Too many streams");
     EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
-    const auto begun = std::chrono::steady_clock::now();
     server->stop();
-    for (auto& watcher : watchers) watcher->leave();
-    EXPECT_LT(std::chrono::steady_clock::now() - begun, 8s);
 }
 
 }  // namespace

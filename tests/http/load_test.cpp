@@ -7,7 +7,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
 #include <algorithm>
+#include <cstdio>
+#include <filesystem>
 #include <future>
 #include <set>
 #include <thread>
@@ -51,8 +57,27 @@ TEST(Load, TwoHundredConcurrentRequestsGetTheBytesOfASingleOne) {
     EXPECT_EQ(different, 0);
 }
 
+// Of the connections at this port of this process, as the server accepted them: whether small
+// segments are sent at once (TCP_NODELAY).
+std::vector<bool> sendAtOnce(int port) {
+    std::vector<bool> result;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
+        const int fd = std::stoi(entry.path().filename());
+        sockaddr_in own{}, peer{};
+        socklen_t ownSize = sizeof own, peerSize = sizeof peer;
+        if (getsockname(fd, reinterpret_cast<sockaddr*>(&own), &ownSize) != 0) continue;
+        if (own.sin_family != AF_INET || ntohs(own.sin_port) != port) continue;
+        if (getpeername(fd, reinterpret_cast<sockaddr*>(&peer), &peerSize) != 0) continue;
+        int on = 0;
+        socklen_t size = sizeof on;
+        EXPECT_EQ(getsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, &size), 0);
+        result.push_back(on != 0);
+    }
+    return result;
+}
+
 // A delayed acknowledgement, which small responses suffer without TCP_NODELAY, costs every request
-// 40 ms once the connection is established. The fastest request shows it, also on a busy machine.
+// 40 ms once the connection is established.
 TEST(Load, KeepAliveRequestsDoNotWaitForDelayedAcknowledgements) {
     auto client = sharedServer().client();
     std::vector<double> milliseconds;
@@ -64,8 +89,11 @@ TEST(Load, KeepAliveRequestsDoNotWaitForDelayedAcknowledgements) {
     }
     milliseconds.erase(milliseconds.begin(), milliseconds.begin() + 50);  // quick acknowledgements
     std::sort(milliseconds.begin(), milliseconds.end());
-    EXPECT_LT(milliseconds[0], 30.0) << "the library's default costs 44 ms";
-    RecordProperty("medianMilliseconds", std::to_string(milliseconds[25]));
+    std::printf("a request takes %.2f ms (p50), %.2f ms at least\n", milliseconds[25],
+                milliseconds[0]);
+    const std::vector<bool> connections = sendAtOnce(sharedServer().server().port());
+    EXPECT_THAT(connections, testing::Not(testing::IsEmpty()));
+    EXPECT_THAT(connections, testing::Each(true));
 }
 
 TEST(Load, AFullQueueRejectsImmediatelyWithRetryAfter) {

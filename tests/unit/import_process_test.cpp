@@ -79,15 +79,14 @@ TEST(ImportProcess, ACrashInALibraryIsAnError) {
     EXPECT_EQ(error.reason(), Reason::crashed);
 }
 
+// They take a day: the import returns because it stops them.
 TEST(ImportProcess, AnEndlessImportIsStopped) {
     const TemporaryFolder folder;
-    for (const char* hang : {"exec sleep 100", "exec 4>&-; exec sleep 100",
+    for (const char* hang : {"exec sleep 86400", "exec 4>&-; exec sleep 86400",
                              "while :; do echo progress 1 x >&4; done"}) {
         ImportOptions options = script(folder, hang);
         options.limits.wallClock = std::chrono::milliseconds(300);
-        const auto start = std::chrono::steady_clock::now();
         EXPECT_EQ(refusal(ownScene("everything.gltf"), options).reason(), Reason::timedOut) << hang;
-        EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60)) << hang;
     }
     EXPECT_LT(waitpid(-1, nullptr, WNOHANG), 0) << "no child is left behind";
 }
