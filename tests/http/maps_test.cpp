@@ -72,12 +72,13 @@ struct Seen {
 };
 Seen seen(const std::string& scene, const std::string& eye, const std::string& more) {
     auto client = server().client();
-    const auto result = postJson(client, "/v1/frames",
-                                 R"({"scene": ")" + scene +
-                                     R"(", "width": 33, "height": 33, "output": {"format": "png"},
-            "toneMap": "linear", )" + kPlainEffects +
-                                     R"(, "camera": {"position": )" + eye +
-                                     R"(, "target": [0, 0, 0]})" + more + "}");
+    const auto result =
+        postUntilReady(client, "/v1/frames",
+                       R"({"scene": ")" + scene +
+                           R"(", "width": 33, "height": 33, "output": {"format": "png"},
+            "toneMap": "linear", )" +
+                           kPlainEffects + R"(, "camera": {"position": )" + eye +
+                           R"(, "target": [0, 0, 0]})" + more + "}");
     if (!result || result->status != 200) {
         ADD_FAILURE() << (result ? result->body : "no answer");
         return {};
