@@ -287,7 +287,7 @@ LightRays::Seen LightRays::look(const glm::vec3& start, const glm::vec3& along, 
     const rays::SurfaceHit passing =
         tracer_->surfaceAlong(start, along, 0.0f, 0.1f, rays::kNoLimit, &hit);
     Seen seen{.met = passing.met, .begins = passing.begins, .share = passing.share};
-    if (passing.met) {
+    if (passing.met && passing.share != glm::vec3(0.0f)) {
         seen.light = passing.share * passing.albedo *
                      radiosity_->sentFrom(*places_, passing.instance, passing.vertices,
                                           passing.weights, passing.normal);

@@ -20,7 +20,9 @@ struct SurfaceHit {
     glm::vec3 albedo{0.0f};          // share of uniform light that the surface sends back, 0..1
     glm::vec3 through{0.0f};         // share of it that a sheet transmits diffusely, 0..1
     glm::vec3 emitted{0.0f};         // radiance
-    glm::vec3 share{1.0f};           // transmittance of glass and blended surfaces before the hit
+    // Transmittance of glass and blended surfaces before the hit. 0: the ray ends in them, and only
+    // `met` is known.
+    glm::vec3 share{1.0f};
 };
 
 // The first surface along a ray that is drawn there and no hole.

@@ -83,6 +83,26 @@ TEST_F(LightLimits, BrokenGeometryDoesNotDisturbItsNeighbours) {
 
 // A floor of a million triangles. The time is printed; the number of places where light is gathered
 // has a limit, so that it does not grow with the triangles.
+// Rays end in a stack of more sheets than a ray passes, and nothing is known of the surface behind
+// them. The vertices of the first instance are not the first ones of the scene.
+TEST_F(LightLimits, RaysEndInAStackOfManySheets) {
+    Scene scene;
+    Material sheet = matteBothSides(1.0f);
+    sheet.alphaMode = AlphaMode::blend;
+    sheet.baseColor.a = 0.01f;
+    sheet.unlit = true;  // no light is computed for it
+    addMesh(scene, sphere(1.0f, 32, addMaterial(scene, sheet)));
+    const Index square = addMesh(scene, quad(0.2f, addMaterial(scene, sheet)));
+    const Index floor = addMesh(scene, quad(2.0f, addMaterial(scene, matteBothSides(0.5f))));
+    addInstance(scene, addNode(scene, "floor"), floor);
+    for (int i = 1; i <= 30; ++i) {
+        addInstance(scene, addNode(scene, "sheet", moved(0.0, 0.0, 0.01 * i)), square);
+    }
+    FrameRequest r = lookingDown(std::move(scene), "sheets");
+    r.effects.indirectLight = true;
+    EXPECT_TRUE(renderer().completeLight(r).complete);
+}
+
 TEST_F(LightLimits, AMillionTrianglesAreComputedCoarsely) {
     constexpr std::uint32_t kEdge = 708;
     Scene scene;
