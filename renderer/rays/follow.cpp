@@ -150,13 +150,13 @@ struct Paths {
         }
     }
 
-    // Calls add(radiance, weight) for a square of pixels in which all patterns have equal weight.
-    // Pixels that show the same part of the scene are included: their lobes have the same width,
-    // their directions differ by less than a lobe, and their starts are closer than the width of
-    // the lobe at its hit.
-    template <class Add>
-    void eachAlike(std::uint32_t x, std::uint32_t y, const RecordedRay& ray, const Add& add) const {
+    // Mean over a square of pixels in which all patterns have equal weight. Pixels that show the
+    // same part of the scene are included: their lobes have the same width, their directions differ
+    // by less than a lobe, and their starts are closer than the width of the lobe at its hit.
+    glm::vec3 meanOfLobes(std::uint32_t x, std::uint32_t y, const RecordedRay& ray) const {
         const Path& own = paths[at(x, y)];
+        glm::vec3 sum(0.0f);
+        float weights = 0.0f;
         const auto first = [](std::uint32_t c) { return c < kReach ? 0 : c - kReach; };
         for (std::uint32_t v = first(y); v <= std::min(y + kReach, height - 1); ++v) {
             for (std::uint32_t u = first(x); u <= std::min(x + kReach, width - 1); ++u) {
@@ -174,42 +174,13 @@ struct Paths {
                     (kAlike * narrower);
                 const float edge = (u + kReach == x || u == x + kReach ? 0.5f : 1.0f) *
                                    (v + kReach == y || v == y + kReach ? 0.5f : 1.0f);
-                add(radianceOf(path), edge * std::max(1.0f - apart * apart, 0.0f));
+                const float weight = edge * std::max(1.0f - apart * apart, 0.0f);
+                sum += weight * radianceOf(path);
+                weights += weight;
             }
         }
-    }
-
-    glm::vec3 meanOfLobes(std::uint32_t x, std::uint32_t y, const RecordedRay& ray) const {
-        glm::vec3 sum(0.0f);
-        float weights = 0.0f;
-        eachAlike(x, y, ray, [&](const glm::vec3& radiance, float weight) {
-            sum += weight * radiance;
-            weights += weight;
-        });
         return sum / weights;  // its own weight is 1
     }
-
-    // Whether the mean over the pixels around may be off by more than kUncertain of the light that
-    // the pixel shows: its standard error, from how much they differ. before: other light of the
-    // pixel.
-    bool isUncertain(std::uint32_t x, std::uint32_t y, const RecordedRay& ray,
-                     const glm::vec3& before) const {
-        glm::vec3 sum(0.0f), squares(0.0f);
-        float weights = 0.0f, weightSquares = 0.0f;
-        eachAlike(x, y, ray, [&](const glm::vec3& radiance, float weight) {
-            sum += weight * radiance;
-            squares += weight * radiance * radiance;
-            weights += weight;
-            weightSquares += weight * weight;
-        });
-        const glm::vec3 mean = sum / weights;
-        const glm::vec3 variance =
-            glm::max(squares / weights - mean * mean, 0.0f) * (weightSquares / (weights * weights));
-        const glm::vec3 error = ray.share * glm::sqrt(variance), seen = before + ray.share * mean;
-        return std::max({error.x, error.y, error.z}) >
-               kUncertain * (std::max({seen.x, seen.y, seen.z}) + 0.02f);
-    }
-    static constexpr float kUncertain = 0.1f;
 
     static constexpr std::uint32_t kReach = 2;
     static constexpr float kAlike = 1.0f;  // of the slope of a lobe
@@ -228,12 +199,11 @@ class OwnRays {
 public:
     explicit OwnRays(const Paths& list) : list_(list) {}
 
-    // more: several times the paths of a lobe.
-    void add(std::size_t pixel, const RecordedRay& ray, std::uint32_t more = 1) {
+    void add(std::size_t pixel, const RecordedRay& ray) {
         const std::uint32_t pattern = patternAt(static_cast<std::uint32_t>(pixel % list_.width),
                                                 static_cast<std::uint32_t>(pixel / list_.width));
         pixels_.push_back(pixel);
-        rays_.push_back({ray, {more * list_.density.lobePaths, pattern}});
+        rays_.push_back({ray, {list_.density.lobePaths, pattern}});
     }
     // Calls settle(pixel, ray, path) for each pixel in turn, and forgets them. Returns the number
     // of paths.
@@ -295,39 +265,6 @@ std::uint64_t followThinParts(const Paths& list, std::uint32_t step,
     return followed;
 }
 
-// Lights that are small in a rough lobe are met by few paths. Follows more of them in pixels whose
-// neighbours differ by too much. Returns the number of paths.
-std::uint64_t followUncertain(const Paths& list, std::span<const glm::vec4> radiance) {
-    const std::uint32_t more = kMaxLobePaths / list.density.lobePaths;
-    if (more <= 1 || list.records.kind != Ray::mirrored) return 0;
-    std::vector<std::uint8_t> uncertain(list.starts.size(), 0);
-    forEachBand(list.height, kRowsAtOnce, [&](std::uint32_t y, std::uint32_t end) {
-        for (; y < end; ++y) {
-            for (std::uint32_t x = 0; x < list.width; ++x) {
-                const std::size_t i = list.at(x, y);
-                if (!list.starts[i].present()) continue;
-                const RecordedRay ray = rayOf(list.starts[i], list.records.ways[i]);
-                uncertain[i] =
-                    list.integrates(ray) && list.isUncertain(x, y, ray, glm::vec3(radiance[i]));
-            }
-        }
-    });
-    std::atomic<std::uint64_t> followed{0};
-    forEachBand(list.height, 1, [&](std::uint32_t y, std::uint32_t end) {
-        OwnRays own(list);
-        for (; y < end; ++y) {
-            for (std::uint32_t x = 0; x < list.width; ++x) {
-                const std::size_t i = list.at(x, y);
-                if (uncertain[i] == 0) continue;
-                own.add(i, rayOf(list.starts[i], list.records.ways[i]), more);
-            }
-        }
-        followed += own.follow(
-            [&](std::size_t i, const RecordedRay&, const Path& path) { list.paths[i] = path; });
-    });
-    return followed;
-}
-
 }  // namespace
 
 std::uint64_t follow(const Surroundings& surroundings, const Density& density,
@@ -380,7 +317,6 @@ std::uint64_t follow(const Surroundings& surroundings, const Density& density,
             followed += followThinParts(list, step, radiance);
     }
     if (density.lobePaths <= 1) return followed;
-    followed += followUncertain(list, radiance);
     forEachBand(height, kRowsAtOnce, [&](std::uint32_t y, std::uint32_t end) {
         for (; y < end; ++y) {
             for (std::uint32_t x = 0; x < width; ++x) {

@@ -32,8 +32,7 @@ struct Density {
     float contrast = 0.0f;
     float contrastBetween = 0.0f;  // the same for pixels between those of `finest`
     // Paths of a rough lobe, 1..16. Above 1 a rough pixel also takes the mean of its neighbours
-    // whose lobes show nearly the same part of the scene, and rays of mirrors have up to 16 paths
-    // where these neighbours differ by so much that their mean is uncertain.
+    // whose lobes show nearly the same part of the scene.
     std::uint32_t lobePaths = 1;
 };
 

@@ -41,9 +41,8 @@ inline bool isRough(const RecordedRay& ray) {
 }
 
 // How many paths share a lobe that is rough; a smooth one has one path.
-inline constexpr std::uint32_t kMaxLobePaths = 16;
 struct Lobe {
-    std::uint32_t paths = 1;    // 1..kMaxLobePaths
+    std::uint32_t paths = 1;    // 1..16
     std::uint32_t pattern = 0;  // selects the sampled directions of the lobe; differs by pixel
 };
 struct RayWithLobe {

@@ -123,8 +123,7 @@ TEST(RayRecords, OneThreadGivesTheBytesOfSeveral) {
     }
 }
 
-// A rough ray has so many paths, or more where they are too few; a smooth one has one, and keeps
-// its bytes.
+// A rough ray has so many paths; a smooth one has one, and keeps its bytes.
 TEST(RayRecords, RoughRaysHaveSeveralPaths) {
     Renderer& renderer = tracing(Computation::processor);
     FrameRequest r = traced("teapots", Preset::fine);
@@ -146,55 +145,10 @@ TEST(RayRecords, RoughRaysHaveSeveralPaths) {
             EXPECT_EQ(paths(eight), paths(one));
             EXPECT_EQ(eight.image.data, one.image.data);
         } else {
-            r.accuracy.raySamples = r.accuracy.glassRaySamples = 16;
-            const Frame most = renderer.render(r);
             EXPECT_GT(paths(eight), 6 * paths(one)) << "less what points into the surface";
-            EXPECT_LT(paths(eight), paths(most));
-            EXPECT_LE(paths(most), 16 * paths(one));
+            EXPECT_LE(paths(eight), 8 * paths(one));
             EXPECT_NE(eight.image.data, one.image.data);
         }
-    }
-}
-
-// A small lamp over a rough mirror is met by few paths of a lobe. Pixels around its reflection have
-// as many as there can be, and show nearly what they show if all pixels have them.
-TEST(RayRecords, SmallLampsInRoughMirrorsHaveMorePaths) {
-    Renderer& renderer = tracing(Computation::processor);
-    std::uint64_t dark = 0;
-    for (const float radiance : {0.0f, 20.0f}) {
-        Scene scene;
-        scene.id = radiance > 0.0f ? "lamp" : "no lamp";
-        place(scene, quad(4.0f, addMaterial(scene, mirrorMetal(0.8f, 0.3f))));
-        place(scene, sphere(0.1f, 24, addMaterial(scene, glowing(glm::vec3(radiance)))),
-              moved(0.0, 0.0, 0.8));
-        renderer.addScene(scene);
-        FrameRequest r = traced(scene.id, Preset::fine);
-        r.camera.position = glm::dvec3(0.0, -2.0, 1.0);
-        r.camera.target = glm::dvec3(0.0);
-        r.camera.up = glm::dvec3(0.0, 0.0, 1.0);
-        r.environment.map = "black";
-        r.accuracy.emitterCoverage = false;
-        r.accuracy.raySamples = 4;
-        const Frame four = renderer.render(r);
-        if (radiance == 0.0f) {
-            dark = paths(four);
-            continue;
-        }
-        EXPECT_GT(paths(four), dark + 1000u);
-        r.accuracy.raySamples = 16;
-        const Frame most = renderer.render(r);
-        EXPECT_LT(paths(four), paths(most) / 2);
-        double off = 0.0, light = 0.0;
-        for (std::uint32_t y = 0; y < r.height; ++y) {
-            for (std::uint32_t x = 0; x < r.width; ++x) {
-                const double a = color(four.image, x, y).g, b = color(most.image, x, y).g;
-                if (b > 10.0) continue;  // the lamp itself
-                off += std::abs(a - b);
-                light += b;
-            }
-        }
-        EXPECT_GT(light, 1.0);
-        EXPECT_LT(off, 0.2 * light);
     }
 }
 
