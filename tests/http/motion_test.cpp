@@ -17,7 +17,7 @@ httplib::Result frame(httplib::Client& client, json more) {
                  {"output", {{"format", "png"}}},
                  {"effects", {{"shadows", false}, {"indirectLight", false}}}};
     body.update(more);
-    return postJson(client, "/v1/frames", body.dump());
+    return postUntilReady(client, "/v1/frames", body.dump());
 }
 
 TEST(MovingScenes, AreDescribedAndDependOnTimeAndClip) {

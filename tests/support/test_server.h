@@ -49,7 +49,7 @@ private:
     Server server_;
 };
 
-// One for all tests of a program that change nothing in it. Its scenes are loaded.
+// One for all tests of a program that change nothing in it.
 TestServer& sharedServer();
 
 // The header If-None-Match, on a connection that then closes: clients of the library read the body
