@@ -77,15 +77,4 @@ void divide(const Corner& a, const Corner& b, const Corner& c, const TooLong& to
     }
 }
 
-// add(corners): indices of Scene::vertices.
-template <class Add>
-void eachTriangle(const Scene& scene, const Mesh& mesh, const Add& add) {
-    for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
-        const Cluster& cluster = scene.clusters[mesh.firstCluster + c];
-        for (std::uint32_t i = 0; i < cluster.indexCount; i += 3) {
-            add(&scene.indices[cluster.firstIndex + i]);
-        }
-    }
-}
-
 }  // namespace clerestory::light

@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint64_t kMaxCopiedOfMesh = 8'192, kMaxCopied = 65'536;
 // What is divided near a small body is divided in all instances that share triangles.
 constexpr std::size_t kMaxSharing = 4;
-constexpr double kSameSize = 1e-3;
+constexpr double kSameSize = 1e-3;  // of squares of lengths, relative to the greatest
 
 // Whether both give all ways the same length: their products with their transposes are equal.
 bool areOneSize(const glm::dmat3& a, const glm::dmat3& b) {
@@ -128,18 +128,13 @@ private:
 
     double longestEdge(Index mesh) const {
         double longest = 0.0;
-        const Mesh& m = scene_.meshes[mesh];
-        for (std::uint32_t c = 0; c < m.clusterCount; ++c) {
-            const Cluster& cluster = scene_.clusters[m.firstCluster + c];
-            for (std::uint32_t i = 0; i + 2 < cluster.indexCount; i += 3) {
-                const std::uint32_t* corner = &scene_.indices[cluster.firstIndex + i];
-                for (int k = 0; k < 3; ++k) {
-                    const glm::dvec3 a(scene_.vertices[corner[k]].position);
-                    const glm::dvec3 b(scene_.vertices[corner[(k + 1) % 3]].position);
-                    longest = std::max(longest, glm::distance(a, b));
-                }
+        eachTriangle(scene_, scene_.meshes[mesh], [&](const std::uint32_t* corners) {
+            for (int k = 0; k < 3; ++k) {
+                const glm::dvec3 a(scene_.vertices[corners[k]].position);
+                const glm::dvec3 b(scene_.vertices[corners[(k + 1) % 3]].position);
+                longest = std::max(longest, glm::distance(a, b));
             }
-        }
+        });
         return longest;
     }
 

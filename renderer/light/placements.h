@@ -38,4 +38,15 @@ bool isDivided(const Scene& scene, const std::vector<bool>& moves, std::size_t i
 // mesh share them, and small bodies near to more than a few of them are not regarded.
 std::vector<Placement> placementsOf(const Scene& scene, const Pose& pose, const EdgeLengths& edges);
 
+// Calls add(corners) for each triangle of a mesh; corners: three indices of Scene::vertices.
+template <class Add>
+void eachTriangle(const Scene& scene, const Mesh& mesh, const Add& add) {
+    for (std::uint32_t c = 0; c < mesh.clusterCount; ++c) {
+        const Cluster& cluster = scene.clusters[mesh.firstCluster + c];
+        for (std::uint32_t i = 0; i < cluster.indexCount; i += 3) {
+            add(&scene.indices[cluster.firstIndex + i]);
+        }
+    }
+}
+
 }  // namespace clerestory::light
