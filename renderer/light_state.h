@@ -20,8 +20,11 @@ struct LightOptions {
     std::filesystem::path folder;
     std::uint64_t folderBytes = 1ull << 30;
     std::string version;  // of the program; light of other versions is not used
-    // Called with one line for the log when light cannot be stored.
+    // Called with one line for the log when light cannot be computed or stored.
     std::function<void(const std::string&)> reportFailure;
+    // Called on a thread of the computation at its beginning, with the id of the scene. The result
+    // is kept until its end; if it is null, the light is not computed, which is a failure.
+    std::function<std::shared_ptr<const void>(const std::string& scene)> begin;
 };
 
 struct LightState {

@@ -54,6 +54,7 @@ void Renderer::State::beginLight(Subject subject, const FrameRequest& request, L
 
 void Renderer::State::addLight(Subject& subject, const FrameRequest& request,
                                const LightInputs& inputs) {
+    subject.lightFailed = !lights.state(inputs.hash).failure.empty();
     std::shared_ptr<const light::SurfaceLight> light = lights.latest(inputs.hash);
     if (!light) {
         subject.light = lights.open({.scene = subject.scene,

@@ -34,6 +34,7 @@ struct Renderer::State {
         bool convex = false;
         // With computed light of surfaces, `scene` and `pose` are those of its refined meshes.
         std::shared_ptr<const light::SurfaceLight> light = nullptr;
+        bool lightFailed = false;
         std::shared_ptr<const Pose> flowPose = nullptr;  // of the channel flow
     };
     FrameContext contextOf(const Subject& subject, const ResidentMaps& resident) const {
@@ -44,9 +45,9 @@ struct Renderer::State {
                 .resident = resident,
                 .limits = limits,
                 .surfaceLight = subject.light ? hashOf(*subject.light) : 0,
-                .light = subject.light
-                             ? LightProgress{subject.light->revision, subject.light->share}
-                             : LightProgress{},
+                .light = subject.light ? LightProgress{subject.light->revision,
+                                                       subject.light->share, subject.lightFailed}
+                                       : LightProgress{},
                 .flowPose = subject.flowPose.get(),
                 .convex = subject.convex};
     }

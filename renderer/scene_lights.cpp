@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -30,10 +31,15 @@ SceneLights::SceneLights(const LightOptions& options)
       baker_(std::make_shared<light::Baker>(light::BakerOptions{
           .threads = options.threads,
           .background = options.background,
-          .whenComplete = [files = files_, computed = computed_](const light::SurfaceLight& light) {
-              ++*computed;
-              files->store(light);
-          }})) {}
+          .whenComplete =
+              [files = files_, computed = computed_](const light::SurfaceLight& light) {
+                  ++*computed;
+                  files->store(light);
+              },
+          .whenFailed =
+              [report = options.reportFailure](const std::string& reason) {
+                  if (report) report("Light cannot be computed: " + reason);
+              }})) {}
 
 // With the lock of its entry held.
 void SceneLights::keep(Refined& entry, light::Refined made) {
@@ -77,6 +83,10 @@ void SceneLights::begin(const std::shared_ptr<const Scene>& original, light::Bak
     entry->onDisk = false;
     const auto bake = std::make_shared<light::BakeInput>(std::move(input));
     baker_->begin(bake->key, [bake, original, refined = entry, options = options_] {
+        if (options.begin) bake->kept = options.begin(original->id);
+        if (options.begin && !bake->kept) {
+            throw std::runtime_error("renderers ended while they computed that of " + original->id);
+        }
         {
             const std::lock_guard lock(refined->making);
             if (!refined->scene) {
@@ -124,8 +134,9 @@ LightState SceneLights::state(std::uint64_t key) const {
 std::function<LightProgress()> SceneLights::now(std::uint64_t key) const {
     return [baker = baker_, key] {
         const auto latest = baker->latest(key);
-        return latest ? LightProgress{.revision = latest->revision, .share = latest->share}
-                      : LightProgress{};
+        return LightProgress{.revision = latest ? latest->revision : 0,
+                             .share = latest ? latest->share : 0.0,
+                             .failed = !baker->state(key).failure.empty()};
     };
 }
 

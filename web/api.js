@@ -53,10 +53,10 @@ export function parseServerTiming(header) {
   });
 }
 
-// "revision=2, share=0.50" -> { revision: 2, share: 0.5 }; undefined for a frame without light between surfaces.
+// "revision=2, share=0.50" -> { revision: 2, share: 0.5, failed: false }; undefined for a frame without light between surfaces.
 export function lightOf(header) {
   const found = /revision=(\d+), share=([\d.]+)/.exec(header ?? "");
-  return found ? { revision: Number(found[1]), share: Number(found[2]) } : undefined;
+  return found ? { revision: Number(found[1]), share: Number(found[2]), failed: header.endsWith("failed") } : undefined;
 }
 
 // Whether the server would draw the light differently now: more of it is complete, or another renderer answers, which has begun

@@ -34,19 +34,21 @@ const kLightPollMs = 1000, kJoinedPollMs = 4000;
 
 // ---- frames ---------------------------------------------------------------------------------
 
+const lightText = ({ share, failed }) => (failed ? "failed" : `${Math.round(100 * share)} %`);
+
 async function shown(frame, request, still, signal) {
   await showBlob($("frame"), frame.blob);
   if (signal.aborted) return;  // another scene was chosen meanwhile
   choice.shown(request, still);
   clearMessage();
   const { width, height } = request;
-  const light = frame.light && frame.light.share < 1 ? ` · light ${Math.round(100 * frame.light.share)} %` : "";
+  const light = frame.light && frame.light.share < 1 ? ` · light ${lightText(frame.light)}` : "";
   $("caption").textContent = `${width} × ${height} · ${millisecondsText(frame.milliseconds)}${light}`;
   $("stage").classList.toggle("moving", !still);
   compare.viewChanged(frameRequest([width, height]));
   clearTimeout(lightTimer);
   if (!still) return;
-  if (light) followLight(frame.light, request.scene);
+  if (light && !frame.light.failed) followLight(frame.light, request.scene);
   showCost(frame, request);
   if (wipe.on) await wipe.showRight(frameRequest([width, height]), (right) => renderFrame(right, "0", signal));
   if (sharing.live()) await putView(sharing.live(), request);

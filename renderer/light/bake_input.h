@@ -32,6 +32,7 @@ struct BakeInput {
     std::size_t firstTextureRow = 0;
     std::shared_ptr<const std::span<const std::byte>> texels;
     std::uint64_t hitFeatures = 0;
+    std::shared_ptr<const void> kept;  // until the computation ends
 };
 
 struct BakeQuality {

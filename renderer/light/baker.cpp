@@ -180,6 +180,7 @@ void Baker::Shared::coordinate() {
             }
         } catch (const std::exception& error) {
             failure = error.what();
+            if (options.whenFailed) options.whenFailed(failure);
         }
         lock.lock();
         const auto found = find(key);

@@ -24,6 +24,8 @@ struct BakerOptions {
     std::size_t kept = 4, waiting = 16;
     // Called on a thread of the baker for each light that it has computed.
     std::function<void(const SurfaceLight&)> whenComplete;
+    // Likewise for each that it could not compute, with the reason.
+    std::function<void(const std::string&)> whenFailed;
 };
 
 class Baker {

@@ -55,6 +55,7 @@ struct FrameCamera {
 // None if no pass of the plan draws the requested view.
 std::optional<FrameCamera> cameraOf(const FramePlan& plan);
 nlohmann::ordered_json cameraJson(const FrameCamera& camera);
+nlohmann::ordered_json lightJson(const LightProgress& light);
 
 // `times` has one entry for each pass, or is empty for a plan that did not run.
 nlohmann::ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times = {});

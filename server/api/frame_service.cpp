@@ -163,7 +163,9 @@ LightProgress FrameService::lightOf(const FrameRequest& request, Turn turn) {
     turn.kind = kPlanKind;
     const LightState light = components_.queue.run(
         turn, [request](Renderer& renderer) { return renderer.light(request); });
-    return {.revision = light.revision, .share = light.wanted ? light.share : 1.0};
+    return {.revision = light.revision,
+            .share = light.wanted ? light.share : 1.0,
+            .failed = !light.failure.empty()};
 }
 
 std::chrono::milliseconds FrameService::waitForLight(const FrameRequest& request, Turn turn,

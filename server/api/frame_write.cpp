@@ -231,6 +231,12 @@ ordered_json cameraJson(const FrameCamera& camera) {
     return json;
 }
 
+ordered_json lightJson(const LightProgress& light) {
+    ordered_json json = {{"revision", light.revision}, {"share", light.share}};
+    if (light.failed) json["failed"] = true;
+    return json;
+}
+
 ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times) {
     ordered_json json = {{"passes", ordered_json::array()},
                          {"skipped", ordered_json::array()},
@@ -252,9 +258,7 @@ ordered_json planJson(const FramePlan& plan, const std::vector<PassTime>& times)
     }
     if (!plan.composition.empty()) json["composition"] = plan.composition;
     if (const auto camera = cameraOf(plan)) json["camera"] = cameraJson(*camera);
-    if (plan.light) {
-        json["light"] = {{"revision", plan.light->revision}, {"share", plan.light->share}};
-    }
+    if (plan.light) json["light"] = lightJson(*plan.light);
     const PlanTotals t = totals(plan);
     json["totals"] = {{"passes", t.passes},
                       {"views", t.views},

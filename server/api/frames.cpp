@@ -114,7 +114,8 @@ unsigned preferredWait(const Call& call) {
 
 std::string lightHeader(const LightProgress& light) {
     char text[64];
-    std::snprintf(text, sizeof text, "revision=%u, share=%.2f", light.revision, light.share);
+    std::snprintf(text, sizeof text, "revision=%u, share=%.2f%s", light.revision, light.share,
+                  light.failed ? ", failed" : "");
     return text;
 }
 

@@ -172,10 +172,7 @@ std::string sceneDescription(SceneLibrary& library, const SceneStatus& status) {
     if (status.state == SceneState::ready) {
         const WarmUps::Progress p = library.warmUp(status.id);
         json["shaders"] = {{"compiled", p.done}, {"total", p.total}, {"finished", p.finished}};
-        if (status.lightNow) {
-            const LightProgress light = status.lightNow();
-            json["light"] = {{"revision", light.revision}, {"share", light.share}};
-        }
+        if (status.lightNow) json["light"] = lightJson(status.lightNow());
     }
     return jsonText(json);
 }

@@ -155,7 +155,8 @@ ordered_json subjectSchema() {
 // Of the light between surfaces.
 ordered_json lightSchema() {
     return object({{"revision", described(kCount, "as in Clerestory-Light; 0: none yet")},
-                   {"share", described(kNumber, "of the computation that is complete, 0 to 1")}});
+                   {"share", described(kNumber, "of the computation that is complete, 0 to 1")}},
+                  {{"failed", described(kFlag, "true if no more of it will be computed")}});
 }
 
 ordered_json planSchema() {

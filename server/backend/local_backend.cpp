@@ -18,11 +18,19 @@ constexpr std::size_t kMaxJobs = 8;
 // How long a frame waits for its light; see FrameOrder::wholeLight.
 constexpr std::chrono::minutes kLightPatience{2};
 
+RendererOptions rendererOf(const LocalBackendOptions& options) {
+    RendererOptions renderer = options.renderer;
+    renderer.light.begin = [work = options.work](const std::string& scene) {
+        return work->begin("the light of " + scene);
+    };
+    return renderer;
+}
+
 }  // namespace
 
 LocalBackend::LocalBackend(const LocalBackendOptions& options)
-    : queue_(options.renderer, options.queue),
-      library_(options.scenes, queue_, options.renderer),
+    : queue_(rendererOf(options), options.queue),
+      library_(options.scenes, queue_, options.renderer, options.work),
       canary_(queue_),
       jobResources_{queue_, library_,
                     [this](const FrameRequest& request) {

@@ -21,6 +21,8 @@ struct LocalBackendOptions {
     std::shared_ptr<const CurveStore> curves;  // of budgets; null: in memory only
     ServerLimits limits;
     bool signedLinks = false;  // see FrameRoutes
+    // That computes light and compiles programs in advance.
+    std::shared_ptr<BackgroundWork> work = std::make_shared<BackgroundWork>();
 };
 
 class LocalBackend final : public RenderBackend {

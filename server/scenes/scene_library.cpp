@@ -36,7 +36,7 @@ ImportOptions importOfUploads(const SceneSources& sources) {
 }  // namespace
 
 SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue,
-                           const RendererOptions& options)
+                           const RendererOptions& options, std::shared_ptr<BackgroundWork> work)
     : queue_(queue),
       import_(sources.import),
       firstSource_(firstSourceOf(sources)),
@@ -45,7 +45,7 @@ SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue,
       importUploads_(importOfUploads(sources)),
       environments_(sources.environments, import_, uploads_, importUploads_, queue),
       entries_(sources),
-      warmUps_(queue, options) {
+      warmUps_(queue, options, std::move(work)) {
     updateUploads();
     defaultId_ = entries_.first().front()->status.id;
     for (const Entry& entry : entries_.first()) {

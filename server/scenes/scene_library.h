@@ -35,7 +35,9 @@ class SceneLibrary {
 public:
     // Loads the environment maps, and starts to load scenes. Throws std::runtime_error with a
     // one-line message if a source does not exist.
-    SceneLibrary(const SceneSources& sources, RenderQueue& queue, const RendererOptions& options);
+    // work: of compiling programs in advance.
+    SceneLibrary(const SceneSources& sources, RenderQueue& queue, const RendererOptions& options,
+                 std::shared_ptr<BackgroundWork> work);
     ~SceneLibrary();
     SceneLibrary(const SceneLibrary&) = delete;
     SceneLibrary& operator=(const SceneLibrary&) = delete;

@@ -1,5 +1,6 @@
 #include "server/scenes/warm_ups.h"
 
+#include "server/base/log.h"
 #include "server/scenes/compile_ahead.h"
 #include "server/scenes/shader_cache.h"
 
@@ -17,6 +18,7 @@ struct WarmUps::Task {
     std::atomic<std::size_t> done{0}, total{0};
     std::atomic<bool> finished{false};  // with `frames`
     std::atomic<bool> cancelled{false};
+    std::shared_ptr<const void> work;  // see BackgroundWork; used on the renderer's thread
 };
 
 namespace {
@@ -25,10 +27,15 @@ std::string markOf(const Scene& scene) {
     return "first frames of " + std::to_string(scene.contentHash);
 }
 
+std::string workOf(const std::string& scene) {
+    return "compiling the programs of " + scene + " in advance";
+}
+
 }  // namespace
 
-WarmUps::WarmUps(RenderQueue& queue, const RendererOptions& options)
-    : queue_(queue), options_(options) {}
+WarmUps::WarmUps(RenderQueue& queue, const RendererOptions& options,
+                 std::shared_ptr<BackgroundWork> work)
+    : queue_(queue), options_(options), work_(std::move(work)) {}
 
 WarmUps::~WarmUps() {
     *ending_ = true;
@@ -56,20 +63,27 @@ void WarmUps::begin(const Scene& scene, std::optional<Scene> copy,
     const std::lock_guard lock(mutex_);
     tasks_[scene.id] = task;
     if (copy && CompileAhead::helps(queue_.identity()) && (!ahead_ || ahead_->ended())) {
-        ahead_ = std::make_unique<CompileAhead>(
-            options_, *std::move(copy), std::move(maps), task->frames,
-            [task] { return !task->finished && !task->cancelled; });
-        aheadOf_ = task;
-    }
-    queue_.inBackground([task, ending = ending_](Renderer& renderer) {
-        if (*ending || task->cancelled) return false;
-        try {
-            return advance(*task, renderer);
-        } catch (...) {
-            task->finished = true;
-            renderer.expectCompilation(task->scene, false);
-            throw;
+        if (auto work = work_->begin(workOf(scene.id))) {
+            ahead_ = std::make_unique<CompileAhead>(
+                options_, *std::move(copy), std::move(maps), task->frames,
+                [task, work] { return !task->finished && !task->cancelled; });
+            aheadOf_ = task;
         }
+    }
+    queue_.inBackground([task, work = work_, ending = ending_](Renderer& renderer) {
+        if (*ending || task->cancelled) return false;
+        if (!task->work) task->work = work->begin(workOf(task->scene));
+        bool more = false;
+        try {
+            more = task->work && advance(*task, renderer);
+        } catch (const std::exception& error) {
+            logError({workOf(task->scene), ": ", error.what()});
+        }
+        if (!more) {
+            task->work.reset();
+            if (!task->finished.exchange(true)) renderer.expectCompilation(task->scene, false);
+        }
+        return more;
     });
 }
 

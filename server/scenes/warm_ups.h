@@ -4,6 +4,7 @@
 // view. Thread-safe.
 #pragma once
 
+#include "server/base/background_work.h"
 #include "server/queue/render_queue.h"
 #include "server/scenes/compile_ahead.h"
 
@@ -20,7 +21,8 @@ public:
         bool finished = false;            // with the first frames, on both threads
     };
 
-    WarmUps(RenderQueue& queue, const RendererOptions& options);
+    WarmUps(RenderQueue& queue, const RendererOptions& options,
+            std::shared_ptr<BackgroundWork> work);
     ~WarmUps();
     WarmUps(const WarmUps&) = delete;
     WarmUps& operator=(const WarmUps&) = delete;
@@ -43,6 +45,7 @@ private:
 
     RenderQueue& queue_;
     const RendererOptions options_;
+    const std::shared_ptr<BackgroundWork> work_;
     mutable std::mutex mutex_;
     std::map<std::string, std::shared_ptr<Task>> tasks_;  // by scene
     // Shared, since the renderer's thread may outlive this.

@@ -317,16 +317,16 @@ Problem unpackedProblem(std::string_view bytes) {
     return problem;
 }
 
-std::string packed(const std::vector<std::string>& ids) {
+std::string packed(const std::vector<std::string>& texts) {
     Writer out;
-    for (const std::string& id : ids) out.put(id);
+    for (const std::string& text : texts) out.put(text);
     return out.take();
 }
 
-std::vector<std::string> unpackedIds(std::string_view bytes) {
-    std::vector<std::string> ids;
-    for (Reader in(bytes); !in.done();) in.get(ids.emplace_back());
-    return ids;
+std::vector<std::string> unpackedTexts(std::string_view bytes) {
+    std::vector<std::string> texts;
+    for (Reader in(bytes); !in.done();) in.get(texts.emplace_back());
+    return texts;
 }
 
 std::string packed(const LoadedScenes& scenes) {

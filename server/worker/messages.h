@@ -33,7 +33,7 @@ std::string packed(const Answer& answer);
 std::string packed(const EncodedFrame& frame);
 std::string packed(const SceneReport& report);
 std::string packed(const Problem& problem);
-std::string packed(const std::vector<std::string>& ids);
+std::string packed(const std::vector<std::string>& texts);
 std::string packed(const LoadedScenes& scenes);
 
 // All throw std::runtime_error for bytes that packed() did not make.
@@ -43,7 +43,7 @@ Answer unpackedAnswer(std::string_view bytes);
 EncodedFrame unpackedFrame(std::string_view bytes);
 SceneReport unpackedSceneReport(std::string_view bytes);
 Problem unpackedProblem(std::string_view bytes);
-std::vector<std::string> unpackedIds(std::string_view bytes);
+std::vector<std::string> unpackedTexts(std::string_view bytes);
 LoadedScenes unpackedScenes(std::string_view bytes);
 
 enum class MessageKind : std::uint32_t {
@@ -63,6 +63,11 @@ enum class MessageKind : std::uint32_t {
     warm,    // as alive; the shaders of the default scene are compiled
     failed,  // it cannot start and ends; with a message for users
     loaded,  // LoadedScenes, after a change, before any answer that depends on the change
+    // Worker to server: background work begins, with its name, or ends; of the same id.
+    workBegins,
+    workEnds,
+    // Server to worker, before all others: names of background work that is left out.
+    leaveOut,
     // Server to worker: ids of scenes to load.
     scenes,
     // Server to worker: whether it is a standby (id kIsStandby), which draws nothing for now. At

@@ -14,8 +14,9 @@ namespace {
 constexpr std::chrono::seconds kPatience{10};
 // After a worker that could not start.
 constexpr std::chrono::seconds kRestartInterval{2};
-// A request is quarantined after this many crashes of workers that had no other request; or ends
-// of any kind, since a process that takes all memory is killed from outside.
+// A request is quarantined after this many crashes of workers that had no other request and no
+// background work; or ends of any kind, since a process that takes all memory is killed from
+// outside.
 constexpr int kMaxCrashes = 2, kMaxEnds = 8;
 // How soon the end of an idle worker is noticed.
 constexpr std::chrono::seconds kPollInterval{1};
@@ -94,6 +95,28 @@ bool Quarantine::contains(std::uint64_t fingerprint, Clock::time_point now) cons
     return found != until_.end() && now < found->second;
 }
 
+void EndedWork::add(const std::string& name, Clock::time_point now) {
+    if (entries_.size() >= kMax && !entries_.contains(name)) {
+        entries_.erase(std::min_element(
+            entries_.begin(), entries_.end(),
+            [](const auto& a, const auto& b) { return a.second.last < b.second.last; }));
+    }
+    Entry& entry = entries_[name];
+    entry.last = now;
+    if (++entry.ends < kMaxEnds) return;
+    entry.outFor = entry.ends == kMaxEnds
+                       ? Clock::duration(kFirstWhile)
+                       : std::min<Clock::duration>(2 * entry.outFor, kLongestWhile);
+}
+
+std::vector<std::string> EndedWork::leftOut(Clock::time_point now) const {
+    std::vector<std::string> names;
+    for (const auto& [name, entry] : entries_) {
+        if (now - entry.last < entry.outFor) names.push_back(name);
+    }
+    return names;
+}
+
 // Counts a frame from its request to its answer.
 class Supervisor::FrameInFlight {
 public:
@@ -153,6 +176,7 @@ void Supervisor::keep() {
             if (active_[i] && !active_[i]->alive()) failOver(i);
         }
         if (standby_ && !standby_->alive()) {
+            noteWork(*standby_);
             standby_ = nullptr;
             sharesScenes_ = false;  // perhaps for lack of memory: the next one loads fewer scenes
         }
@@ -242,9 +266,20 @@ void Supervisor::replaceFastWorker() {
 }
 
 Supervisor::Worker Supervisor::start(bool compileFast) {
-    auto worker =
-        std::make_shared<WorkerProcess>(options_.program, ++counters_.started, compileFast);
-    worker->awaitReady();
+    std::vector<std::string> leftOut;
+    {
+        const std::lock_guard lock(mutex_);
+        leftOut = endedWork_.leftOut(Clock::now());
+    }
+    auto worker = std::make_shared<WorkerProcess>(options_.program, ++counters_.started,
+                                                  compileFast, leftOut);
+    try {
+        worker->awaitReady();
+    } catch (const std::exception&) {
+        const std::lock_guard lock(mutex_);
+        noteWork(*worker);
+        throw;
+    }
     return worker;
 }
 
@@ -271,6 +306,14 @@ void Supervisor::reportEnd(const Worker& worker) {
 }
 
 // With the lock held.
+void Supervisor::noteWork(const WorkerProcess& ended) {
+    for (const std::string& name : ended.work()) {
+        logError({"the render worker ", std::to_string(ended.id()), " ended during ", name});
+        endedWork_.add(name, Clock::now());
+    }
+}
+
+// With the lock held.
 void Supervisor::failOver(std::size_t renderer) {
     const Worker worker = active_[renderer];
     logError({"the render worker ", std::to_string(worker->id()), " ended",
@@ -279,6 +322,7 @@ void Supervisor::failOver(std::size_t renderer) {
         logError({"a request is quarantined: the renderer hung on it"});
         quarantine_.add(worker->hungOn(), Clock::now());
     }
+    noteWork(*worker);
     ++counters_.ended;
     if (worker->wasSilent()) ++counters_.silent;
     active_[renderer] = standby_ && standby_->alive() ? std::move(standby_) : nullptr;
@@ -302,7 +346,8 @@ std::optional<WorkerReply> Supervisor::askAlone(const WorkerRequest& request, st
         if (!worker) return std::nullopt;
         ++counters_.repeated;
         if (auto reply = worker->ask(request, fingerprint)) return reply;
-        if (!worker->wasKilled() && !worker->wasSilent()) ++crashes;
+        const bool isClear = !worker->wasKilled() && !worker->wasSilent() && worker->work().empty();
+        if (isClear) ++crashes;
         reportEnd(worker);
     }
     quarantine_.add(fingerprint, Clock::now());

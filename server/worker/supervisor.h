@@ -10,7 +10,9 @@
 #include "server/worker/renderer_queue.h"
 #include "server/worker/worker_process.h"
 
+#include <chrono>
 #include <condition_variable>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <unordered_map>
@@ -64,6 +66,26 @@ public:
 private:
     mutable std::mutex mutex_;
     std::unordered_map<std::uint64_t, Clock::time_point> until_;
+};
+
+// Background work during which workers ended, by name: after a few ends it is left out for a while,
+// and twice as long after each further one.
+class EndedWork {
+public:
+    static constexpr int kMaxEnds = 3;
+    static constexpr std::chrono::hours kFirstWhile{1}, kLongestWhile{24};
+    static constexpr std::size_t kMax = 256;  // then the oldest entry is removed
+
+    void add(const std::string& name, Clock::time_point now);
+    std::vector<std::string> leftOut(Clock::time_point now) const;
+
+private:
+    struct Entry {
+        int ends = 0;
+        Clock::time_point last;
+        Clock::duration outFor{0};
+    };
+    std::map<std::string, Entry> entries_;
 };
 
 struct SupervisorOptions {
@@ -132,6 +154,7 @@ private:
     Worker awaitActive(std::size_t renderer, Clock::time_point until);
     void reportEnd(const Worker& worker);
     void failOver(std::size_t renderer);
+    void noteWork(const WorkerProcess& ended);
     void shareScenes();
     void tellRoles();
     WorkerReply ask(const WorkerRequest& request, std::size_t renderer, bool isFrame);
@@ -147,6 +170,7 @@ private:
     mutable std::condition_variable changed_;
     std::vector<Worker> active_;  // of each renderer; null where none runs
     Worker standby_;
+    EndedWork endedWork_;
     std::vector<std::string> scenes_;  // that the first active worker has loaded
     // Which scenes the others were requested to load. Not again: they may not have room for all.
     std::vector<std::vector<std::string>> requested_;

@@ -185,7 +185,7 @@ void serve(LocalBackend& backend, MessagePipe& pipe, SceneReporter& reporter,
                 tokens.cancel(message->id);
                 break;
             case MessageKind::scenes:
-                backend.library().load(unpackedIds(message->bytes));
+                backend.library().load(unpackedTexts(message->bytes));
                 break;
             case MessageKind::role:
                 // Without a cache to load them from, programs would be compiled again.
@@ -248,6 +248,8 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
         pipe.send({.kind = MessageKind::failed, .bytes = error.what()});
         std::_Exit(2);
     }
+    const auto first = pipe.receive();
+    if (!first || first->kind != MessageKind::leaveOut) std::_Exit(0);  // the server has ended
     SceneReporter reporter(pipe);
     CancellationTokens tokens;
     Heartbeat heartbeat(pipe, reporter, tokens, std::chrono::duration<double>(options.hangSeconds));
@@ -259,6 +261,12 @@ int runWorker(const WorkerOptions& options, const LocalBackendOptions& given) {
             logCritical({"the GPU was reset: this renderer ends"});
             std::_Exit(4);
         };
+        own.work = std::make_shared<BackgroundWork>(
+            unpackedTexts(first->bytes),
+            [&pipe](std::uint64_t number, const std::string& name, bool begins) {
+                const auto kind = begins ? MessageKind::workBegins : MessageKind::workEnds;
+                pipe.send(messageOf(kind, number, begins ? name : std::string()));
+            });
         LocalBackend backend(own);
         heartbeat.watch(backend);
         const bool fast = compilesFast() && backend.queue().identity().software;

@@ -19,6 +19,8 @@ namespace clerestory {
 namespace {
 
 constexpr std::size_t kMaxFingerprints = 256;
+// More pieces of background work at once than any sound worker has.
+constexpr std::size_t kMaxWork = 64;
 
 std::runtime_error failure(const char* what) {
     return std::runtime_error(std::string("the render worker: ") + what + " failed");
@@ -91,7 +93,8 @@ std::optional<WorkerReply> replyIn(const Message& message) {
 
 }  // namespace
 
-WorkerProcess::WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast)
+WorkerProcess::WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast,
+                             const std::vector<std::string>& leftOut)
     : silence_(program.silence), start_(program.start), number_(number) {
     int ends[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) throw failure("a socket");
@@ -107,6 +110,7 @@ WorkerProcess::WorkerProcess(const WorkerProgram& program, std::uint64_t number,
         throw;
     }
     close(far);
+    pipe_->send({.kind = MessageKind::leaveOut, .bytes = packed(leftOut)});
     listener_ = std::thread([this] { listen(); });
     watcher_ = std::thread([this] { watch(); });
 }
@@ -164,6 +168,13 @@ std::shared_ptr<const LoadedScenes> WorkerProcess::loadedScenes() const {
     return loaded_;
 }
 
+std::vector<std::string> WorkerProcess::work() const {
+    std::vector<std::string> names;
+    const std::lock_guard lock(mutex_);
+    for (const auto& [number, name] : work_) names.push_back(name);
+    return names;
+}
+
 void WorkerProcess::loadScenes(const std::vector<std::string>& scenes) {
     pipe_->send({.kind = MessageKind::scenes, .bytes = packed(scenes)});
 }
@@ -206,6 +217,9 @@ bool WorkerProcess::handle(const Message& message) {
             hungOn_ = hung->second;
         }
         if (message.kind == MessageKind::failed) failure_ = message.bytes;
+        if (message.kind == MessageKind::workBegins) work_[message.id] = message.bytes;
+        if (message.kind == MessageKind::workEnds) work_.erase(message.id);
+        if (work_.size() > kMaxWork) return false;
         if (reply) {
             const auto found = waiting_.find(message.id);
             if (found == waiting_.end()) return false;  // a second answer

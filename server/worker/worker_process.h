@@ -31,9 +31,10 @@ struct WorkerProgram {
 class WorkerProcess {
 public:
     // `number`: workers of a server are numbered from 1. `compileFast`: a software driver compiles
-    // shaders without optimisation (server/scenes/shader_cache.h). Throws std::runtime_error if no
-    // process can be started.
-    WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast = false);
+    // shaders without optimisation (server/scenes/shader_cache.h). `leftOut`: names of background
+    // work that does not begin. Throws std::runtime_error if no process can be started.
+    WorkerProcess(const WorkerProgram& program, std::uint64_t number, bool compileFast = false,
+                  const std::vector<std::string>& leftOut = {});
     ~WorkerProcess();  // kills it
     WorkerProcess(const WorkerProcess&) = delete;
     WorkerProcess& operator=(const WorkerProcess&) = delete;
@@ -59,6 +60,8 @@ public:
     bool alive() const { return !ended_; }
     // The request on which its renderer hung, answered or not; 0 if it did not hang.
     std::uint64_t hungOn() const { return hungOn_; }
+    // Names of the background work that is in progress, or was when it ended.
+    std::vector<std::string> work() const;
     bool wasSilent() const { return silent_; }  // it was killed because it sent nothing
     // It was ended by SIGKILL from outside, such as for lack of memory.
     bool wasKilled() const { return killed_; }
@@ -86,6 +89,7 @@ private:
     std::uint64_t nextId_ = 1;
     std::string failure_;  // why it could not start
     std::shared_ptr<const LoadedScenes> loaded_;
+    std::map<std::uint64_t, std::string> work_;  // background work in progress, by number
     bool standby_ = false;
     std::atomic<bool> ended_{false}, warm_{false}, compiling_{false}, silent_{false},
         killed_{false}, compilesFast_{false};

@@ -1,9 +1,12 @@
 // When light between surfaces is computed, what it depends on, and what does not wait for it.
 #include "lit_room.h"
+#include "tests/support/soon.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <thread>
@@ -89,6 +92,47 @@ TEST_F(LightInProgress, AFrameLeavesTheBeginningToWhatFollowsIt) {
     renderer().removeScene(removed.first.scene);
     EXPECT_NO_THROW(renderer().render(r));
     EXPECT_EQ(renderer().counters().lightsComputed, before + 2);
+}
+
+// The caller of a renderer knows what is computed, and can have it left out.
+TEST_F(LightInProgress, ComputationsAreAnnouncedAndCanBeRefused) {
+    std::atomic<int> inProgress{0}, begun{0};
+    std::atomic<bool> refuses{false};
+    LightOptions options{.threads = 1};
+    options.begin = [&](const std::string& scene) -> std::shared_ptr<const void> {
+        EXPECT_TRUE(scene == "announced" || scene == "refused");
+        if (refuses) return nullptr;
+        ++inProgress;
+        ++begun;
+        return {&begun, [&](const void*) { --inProgress; }};
+    };
+    Renderer own({.light = options});
+    // albedo: that of a light of its own.
+    const auto added = [&](const std::string& id, float albedo) {
+        Scene scene;
+        placeRoom(scene, addMaterial(scene, lambert(albedo, 0.25f)));
+        scene.id = id;
+        scene.environment = "black";
+        updateContentHash(scene);
+        own.addScene(std::move(scene));
+        FrameRequest r;
+        r.scene = id;
+        r.width = r.height = 16;
+        return r;
+    };
+    const FrameRequest first = added("announced", 0.5f);
+    EXPECT_TRUE(own.completeLight(first).complete);
+    EXPECT_EQ(begun, 1);
+    EXPECT_TRUE(within(kPatience, [&] { return inProgress == 0; }));
+    EXPECT_FALSE(own.render(first).light.failed);
+
+    refuses = true;
+    const FrameRequest second = added("refused", 0.6f);
+    EXPECT_NE(own.completeLight(second).failure, "");
+    const Frame frame = own.render(second);
+    EXPECT_EQ(frame.light, (LightProgress{.revision = 0, .share = 0.0, .failed = true}));
+    EXPECT_TRUE(frame.lightNow().failed);
+    EXPECT_EQ(begun, 1);
 }
 
 // A second set would double the time of a cold start.

@@ -105,9 +105,9 @@ TEST(CallWire, AFrameOrderComesBackWithEveryBit) {
 
 TEST(CallWire, IdsKeepTheirOrder) {
     const std::vector<std::string> ids = {"b", "", "a scene\n", "a"};
-    EXPECT_EQ(unpackedIds(packed(ids)), ids);
-    EXPECT_EQ(unpackedIds(""), std::vector<std::string>{});
-    EXPECT_THROW(unpackedIds(packed(ids).substr(1)), std::runtime_error);
+    EXPECT_EQ(unpackedTexts(packed(ids)), ids);
+    EXPECT_EQ(unpackedTexts(""), std::vector<std::string>{});
+    EXPECT_THROW(unpackedTexts(packed(ids).substr(1)), std::runtime_error);
 }
 
 TEST(CallWire, LoadedScenesComeBack) {

@@ -33,8 +33,19 @@ void beatFor(MessagePipe& pipe, std::chrono::milliseconds time) {
     }
 }
 
+// Ends the process in a piece of background work, unless that is left out.
+void work(MessagePipe& pipe, const std::vector<std::string>& leftOut) {
+    const std::string name = "the light of a scene";
+    if (std::find(leftOut.begin(), leftOut.end(), name) != leftOut.end()) return;
+    pipe.send({.kind = MessageKind::workBegins, .id = 1, .bytes = "other work"});
+    pipe.send({.kind = MessageKind::workEnds, .id = 1});
+    pipe.send({.kind = MessageKind::workBegins, .id = 2, .bytes = name});
+    std::abort();
+}
+
 int playWorker(int argc, char** argv) {
     MessagePipe pipe(kWorkerSocket);
+    const std::vector<std::string> leftOut = unpackedTexts(pipe.receive()->bytes);
     if (argc > 2 && std::strcmp(argv[2], "unable") == 0) {
         pipe.send({.kind = MessageKind::failed, .bytes = "no driver here"});
         return 2;
@@ -42,6 +53,7 @@ int playWorker(int argc, char** argv) {
     if (argc > 2 && std::strcmp(argv[2], "never ready") == 0) beatFor(pipe, 1h);
     pipe.send({.kind = MessageKind::ready});
     pipe.send({.kind = MessageKind::warm});
+    if (argc > 2 && std::strcmp(argv[2], "works") == 0) work(pipe, leftOut);
     std::thread([&pipe] { beatFor(pipe, 1h); }).detach();
     std::set<std::uint64_t> cancelled;
     std::mutex mutex;
@@ -311,6 +323,40 @@ TEST(Supervisor, AnIdleWorkerThatEndsIsReplaced) {
     kill(first, SIGKILL);
     EXPECT_TRUE(soon([&, standby = second] { return supervisor.processes().first == standby; }));
     awaitBoth(supervisor);
+}
+
+TEST(Supervisor, BackgroundWorkThatEndsWorkersIsLeftOut) {
+    Supervisor supervisor(options("works"));
+    EXPECT_TRUE(
+        within(60s, [&] { return refusalOf(supervisor, "hello").starts_with("answered"); }));
+    awaitBoth(supervisor);
+    EXPECT_EQ(supervisor.counters().started, EndedWork::kMaxEnds + 2u);
+}
+
+TEST(EndedWork, IsLeftOutForLongerEachTime) {
+    EndedWork work;
+    const Clock::time_point start{};
+    using testing::ElementsAre;
+    using testing::IsEmpty;
+    for (int i = 0; i < EndedWork::kMaxEnds; ++i) {
+        EXPECT_THAT(work.leftOut(start), IsEmpty());
+        work.add("a", start);
+    }
+    work.add("b", start);
+    EXPECT_THAT(work.leftOut(start), ElementsAre("a"));
+    EXPECT_THAT(work.leftOut(start + 59min), ElementsAre("a"));
+    EXPECT_THAT(work.leftOut(start + 61min), IsEmpty());
+    work.add("a", start + 61min);
+    EXPECT_THAT(work.leftOut(start + 180min), ElementsAre("a"));
+    EXPECT_THAT(work.leftOut(start + 182min), IsEmpty());
+    for (int i = 0; i < 100; ++i) work.add("a", start + 182min);
+    EXPECT_THAT(work.leftOut(start + 182min + 25h), IsEmpty());
+    // No more than so many are kept: the oldest is removed.
+    for (std::size_t i = 0; i < EndedWork::kMax; ++i) {
+        for (int end = 0; end < EndedWork::kMaxEnds; ++end)
+            work.add(std::to_string(i), start + 200h);
+    }
+    EXPECT_EQ(work.leftOut(start + 200h).size(), EndedWork::kMax);
 }
 
 TEST(Supervisor, CallsThatCrashEveryWorkerAreQuarantined) {

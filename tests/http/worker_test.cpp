@@ -1,5 +1,6 @@
 // The renderer in a separate process: the same bytes, and nothing lost when it ends.
 #include "scene/import/sandbox/jail.h"
+#include "server/worker/supervisor.h"
 #include "tests/support/soon.h"
 #include "tests/support/test_server.h"
 #include "worker_support.h"
@@ -122,6 +123,36 @@ TEST_F(WorkerServer, KillsDuringAFrameLoseNothing) {
     EXPECT_EQ(wrong, 0);
     EXPECT_GT(right, kKills);
     EXPECT_GE(supervisorOf(server).counters().ended, static_cast<std::uint64_t>(kKills));
+}
+
+// A scene whose light ends its renderers would end the next ones, too.
+TEST(BackgroundWorkOfWorkers, IsLeftOutAfterItEndedRenderers) {
+    Config config = workerConfig();
+    config.workers.standby = false;
+    config.workers.program.arguments = {"--scene", "orbiting-cubes", "--scene-cache",
+                                        "none",    "--log-level",    "off"};
+    Server server(config);
+    server.start();
+    auto client = clientOf(server);
+    std::string light;
+    int killed = 0;
+    const auto failed = [&] {
+        // Each has a light of its own.
+        const std::string body = R"({"width": 64, "height": 48, "environment": {"intensity": )" +
+                                 std::to_string(1.0 + 0.01 * killed) + "}}";
+        postJson(client, "/v1/frames", body);  // begins it
+        const auto frame = postJson(client, "/v1/frames", body);
+        if (!frame || frame->status != 200) return false;
+        light = frame->get_header_value("Clerestory-Light");
+        if (light.ends_with("failed")) return true;
+        ::kill(supervisorOf(server).processes().first, SIGKILL);
+        return ++killed > 50;
+    };
+    ASSERT_TRUE(within(kPatience, failed)) << light;
+    EXPECT_EQ(light, "revision=0, share=0.00, failed");
+    EXPECT_GE(killed, EndedWork::kMaxEnds);
+    const json scene = json::parse(client.Get("/v1/scenes/orbiting-cubes")->body);
+    EXPECT_EQ(scene.at("light").value("failed", false), true) << scene.at("light");
 }
 
 // The frame cache is in the server's process, so that it outlives a renderer; it is used as long as

@@ -16,7 +16,8 @@ test("Server-Timing is parsed with and without descriptions", () =>
 
 test("a frame is requested again when its light has changed, also where another renderer has begun again", () => {
   const shown = lightOf("revision=2, share=0.50");
-  assert.deepEqual(shown, { revision: 2, share: 0.5 });
+  assert.deepEqual(shown, { revision: 2, share: 0.5, failed: false });
+  assert.deepEqual(lightOf("revision=2, share=0.50, failed"), { revision: 2, share: 0.5, failed: true });
   for (const [now, changed] of [[{ revision: 2, share: 0.6 }, false], [{ revision: 3, share: 0.7 }, true], [{ revision: 2, share: 1 }, true],
                                 [{ revision: 0, share: 0 }, true], [undefined, true]]) {
     assert.equal(lightChanged(shown, now), changed, JSON.stringify(now));
