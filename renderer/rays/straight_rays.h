@@ -39,7 +39,7 @@ vec3 shadowAt(vec3 position, vec3 normal, vec3 source, vec3 toLight, float metre
     return met.met ? vec3(0.0f) : vec3(met.share.x, met.share.y, met.share.z);
 }
 
-float lightBeforeFarWall(vec3, float) {
+float lightBeforeFarWall(vec3, vec3, float) {
     return 1.0f;  // paths tell no near walls
 }
 

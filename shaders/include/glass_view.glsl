@@ -139,12 +139,23 @@ Glass glassAt(vec3 baseColor) {
     return g;
 }
 
-// The backdrop of a near wall shows the far one.
-float lightBeforeFarWall(vec3 source, float metres) {
-    vec3 at = projected(source);
-    if (!(metres > 0.0f) || at.z <= 0.0f) return 0.0f;
-    float far = shareStored(textureLod(backdrop, at.xy, 0.0f).a);
-    return far > view.picture.w * length(source) ? 1.0f : 0.0f;
+// The backdrop of a near wall shows the far one. The way to the light crosses it where the way goes from
+// before what the backdrop shows to behind it; things in front of the way are not crossed. Each step is
+// twice as long as the one before.
+const int kStepsToLight = 8;
+float lightBeforeFarWall(vec3 position, vec3 source, float metres) {
+    vec3 end = metres > 0.0f ? source : position + source / view.picture.w;
+    float before = length(position);
+    for (int i = 1; i <= kStepsToLight; ++i) {
+        vec3 point = mix(position, end, exp2(float(i - kStepsToLight)));
+        vec3 at = projected(point);
+        if (at.z <= 0.0f || at != clamp(at, vec3(0.0f), vec3(1.0f, 1.0f, at.z))) break;
+        float seen = shareStored(textureLod(backdrop, at.xy, 0.0f).a) / view.picture.w;
+        float away = length(point);
+        if (seen >= before && seen < away) return 0.0f;
+        before = away;
+    }
+    return 1.0f;
 }
 
 // Radiance of the lights behind rough glass. spread: see glassSpread(). The near wall of a shell, which turns

@@ -173,7 +173,7 @@ vec3 sunLight(IN(Surface) s, vec3 position, int first) {
                           first);
     }
 #if SCATTERS_LIGHTS
-    if (s.inner) power *= lightBeforeFarWall(toLight, 0.0f);
+    if (s.inner) power *= lightBeforeFarWall(position, toLight, 0.0f);
 #endif
     return power * evalDirectLight(facingDisc(s, 0.0f, first), toLight, nDotL);
 }
@@ -216,7 +216,7 @@ vec3 punctualLight(IN(Surface) s, vec3 position, int first, bool limited) {
     if (isLit(arriving.nDotL) && arriving.falloff > 0.0f) {
         vec3 light = arriving.power * arriving.falloff;
 #if SCATTERS_LIGHTS
-        if (s.inner) light *= lightBeforeFarWall(arriving.source, arriving.metres);
+        if (s.inner) light *= lightBeforeFarWall(position, arriving.source, arriving.metres);
 #endif
         if (viewHas(VIEW_SHADOWS)) {
             light *= shadowAt(position, s.shadowOffset * sideOf(s, arriving.nDotL), arriving.source,

@@ -5,6 +5,6 @@ layout(binding = UNIT_BACKDROP) uniform sampler2D backdrop;
 vec3 shadedGlass(MaterialPoint m, Surface s) {
     return vec3(0.0f);
 }
-float lightBeforeFarWall(vec3 source, float metres) {
+float lightBeforeFarWall(vec3 position, vec3 source, float metres) {
     return 1.0f;
 }

@@ -64,6 +64,6 @@ Surface beforeLight(IN(Surface) s, float metres) {
     return wide;
 }
 
-// 1 for a light that is nearer than what is seen behind the near wall of a shell, else 0. source: in eye
-// space; metres: as ArrivingLight.
-float lightBeforeFarWall(vec3 source, float metres);
+// 1 for a light whose way to the near wall of a shell does not cross the far one, else 0. position: of the
+// near wall, in eye space; source, metres: as ArrivingLight.
+float lightBeforeFarWall(vec3 position, vec3 source, float metres);

@@ -74,6 +74,35 @@ TEST_F(LampsBehindGlass, AreHiddenByWhatIsBetween) {
     }
 }
 
+// A wall that faces the eye, whose shell has no far wall there: what the picture shows in front of
+// the lamp is on no way of its light.
+TEST_F(LampsBehindGlass, AreSeenThroughOpenShellsWhateverIsInFrontOfThem) {
+    double seen[2] = {};
+    for (const bool covered : {false, true}) {
+        Scene scene;
+        Material wall = clearGlass(1.5f, 0.5f);
+        wall.doubleSided = true;
+        MeshDraft bowl = sphere(1.0f, 64, addMaterial(scene, wall));
+        std::vector<std::uint32_t> half;
+        for (std::size_t i = 0; i < bowl.indices.size(); i += 3) {
+            const auto* corners = &bowl.indices[i];
+            if (bowl.vertices[corners[0]].position.z > 0.1f)
+                half.insert(half.end(), corners, corners + 3);
+        }
+        bowl.indices = half;
+        place(scene, std::move(bowl));
+        addLight(scene, {.intensity = glm::vec3(10.0f)}, moved(0.0, -0.6, -1.0));
+        // On the line from the eye to the lamp, not on that through the middle of the picture.
+        place(scene, quad(0.1f, addMaterial(scene, lambert(0.0f))),
+              moved(0.0, -0.24, covered ? 2.0 : -9.0));
+        FrameRequest r = through(std::move(scene), "bowl", {0.0, 0.0, 4.0});
+        r.accuracy.glass = GlassMethod::backdrop;
+        seen[covered] = centerColor(renderer().render(r).image).x;
+    }
+    EXPECT_GT(seen[0], 0.1);
+    EXPECT_EQ(seen[0], seen[1]);
+}
+
 // From several sides, near the lamp's direction and next to it.
 TEST_F(LampsBehindGlass, AreThoseOfTheReference) {
     for (const float thickness : {0.0f, 1.0f}) {
