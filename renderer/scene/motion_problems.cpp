@@ -28,9 +28,10 @@ public:
                 d == kNone || (d < scene_.deformations.size() && scene_.deformations[d].mesh == i),
                 "a mesh has no such deformation", i);
         }
-        const Bounds& reach = scene_.reach;
-        require(reach.empty() || (finite(reach.min) && finite(reach.max)),
-                "the scene's reach is not finite", 0);
+        for (const Bounds& reach : {scene_.reach, scene_.motionReach}) {
+            require(reach.empty() || (finite(reach.min) && finite(reach.max)),
+                    "the scene's reach is not finite", 0);
+        }
         return std::move(problems_);
     }
 

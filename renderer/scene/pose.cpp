@@ -356,15 +356,22 @@ void settleAtRest(Scene& scene, const Pose& rest) {
 
 void finishMotion(Scene& scene) {
     settleAtRest(scene, restPose(scene));
-    scene.reach = {};
+    scene.reach = scene.motionReach = {};
     if (scene.clips.empty()) return;
     // Approximate: the bounds are a measure of the scene's size and not used for culling.
     constexpr int kMoments = 8;
-    scene.reach.add(worldBounds(scene, restPose(scene)));
+    const std::vector<bool> moves = instancesThatMove(scene);
+    const auto add = [&](const Pose& pose) {
+        for (Index i = 0; i < scene.instances.size(); ++i) {
+            const Bounds bounds = boundsOfInstance(scene, pose, i);
+            scene.reach.add(bounds);
+            if (moves[i]) scene.motionReach.add(bounds);
+        }
+    };
+    add(restPose(scene));
     for (Index clip = 0; clip < scene.clips.size(); ++clip) {
         for (int i = 0; i < kMoments; ++i) {
-            const double time = scene.clips[clip].duration * i / kMoments;
-            scene.reach.add(worldBounds(scene, poseAt(scene, std::span(&clip, 1), time)));
+            add(poseAt(scene, std::span(&clip, 1), scene.clips[clip].duration * i / kMoments));
         }
     }
 }
@@ -398,15 +405,17 @@ namespace {
 Bounds boundsWithout(Index omitted, const Scene& scene, const Pose& pose) {
     Bounds bounds;
     for (Index i = 0; i < scene.instances.size(); ++i) {
-        if (i == omitted) continue;
-        const Instance& instance = scene.instances[i];
-        bounds.add(transformed(boundsOf(pose, scene.meshes[instance.mesh]),
-                               pose.worldFromNode[instance.node]));
+        if (i != omitted) bounds.add(boundsOfInstance(scene, pose, i));
     }
     return bounds;
 }
 
 }  // namespace
+
+Bounds boundsOfInstance(const Scene& scene, const Pose& pose, Index instance) {
+    const Instance& i = scene.instances[instance];
+    return transformed(boundsOf(pose, scene.meshes[i.mesh]), pose.worldFromNode[i.node]);
+}
 
 Bounds worldBounds(const Scene& scene, const Pose& pose) {
     return boundsWithout(kNone, scene, pose);

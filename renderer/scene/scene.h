@@ -195,7 +195,8 @@ struct Scene {
     // The instance of a ground plane that a request adds (scene/ground.h); it counts for no bounds.
     Index ground = kNone;
     bool shadowCatcher = false;  // the ground shows only what the scene changes on it
-    Bounds reach;                // world; of everything that moves, at any time; see finishMotion()
+    Bounds reach;        // world; of everything, at any time, if clips move it; see finishMotion()
+    Bounds motionReach;  // likewise of the instances that clips move
     std::optional<DefaultView> defaultView;
     std::string environment = "sky";                     // the map of requests that name none
     glm::dquat environmentRotation{1.0, 0.0, 0.0, 0.0};  // world from map, likewise; unit
@@ -283,6 +284,7 @@ const DeformedMesh* deformedMesh(const Pose& pose, const Mesh& mesh);
 
 // World bounds of all instances in this pose; empty for an empty scene.
 Bounds worldBounds(const Scene& scene, const Pose& pose);
+Bounds boundsOfInstance(const Scene& scene, const Pose& pose, Index instance);  // world
 // The same over all times and without the ground, for lengths that are relative to the scene and
 // must not change with time.
 Bounds lastingBounds(const Scene& scene, const Pose& pose);

@@ -263,8 +263,9 @@ private:
                                         rest.worldFromNode[one.node])),
                     "an instance is too large or too far away", i);
         }
-        require(scene_.reach.empty() || inReach(scene_.reach), "animated bounds are out of range",
-                0);
+        require((scene_.reach.empty() || inReach(scene_.reach)) &&
+                    (scene_.motionReach.empty() || inReach(scene_.motionReach)),
+                "animated bounds are out of range", 0);
     }
 
     const Scene& scene_;

@@ -113,4 +113,59 @@ TEST(ShadowPlan, PicturesFillMostOfTheMapAndDoNotOverlap) {
     }
 }
 
+// Half the edge of the sun's picture, metres.
+double reachOfSun(const Lit& lit) {
+    const PlacedLight& sun = lit.plan(Preset::standard).lights.at(0);
+    return sun.shadow ? 1.0 / sun.shadow->view.clipFromView[0][0] : 0.0;
+}
+
+// A sun in the direction of `toLight` over two boxes of 2 m whose bottoms are at -1 m.
+Lit underSun(const glm::dvec3& toLight) {
+    Lit lit;
+    const Index node = addNode(lit.scene, "sun", worldFromLookAt(toLight, {}, {1, 0, 0}));
+    lit.scene.lights.push_back({.name = "sun",
+                                .node = node,
+                                .kind = LightKind::directional,
+                                .intensity = glm::vec3(10.0f)});
+    return lit;
+}
+
+// What is below everything shades nothing, and does not make the picture of the sun coarser.
+TEST(ShadowPlan, GroundsTakeNothingOfThePicture) {
+    const glm::dvec3 slanted(0.0, 3.0, 1.0);
+    const double without = reachOfSun(underSun(slanted));
+    EXPECT_LT(without, 4.0);
+    const auto lying = [&](Lit& lit, Index mesh, double height, double size, double thick) {
+        const glm::dmat4 world =
+            glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, height, 0.0)) *
+            glm::rotate(glm::dmat4(1.0), glm::radians(-90.0), glm::dvec3(1.0, 0.0, 0.0)) *
+            glm::scale(glm::dmat4(1.0), glm::dvec3(size, size, thick));
+        addInstance(lit.scene, addNode(lit.scene, "ground", world), mesh);
+    };
+    const auto reachWith = [&](const glm::dvec3& toLight, bool slab, bool twoSided, double height) {
+        Lit lit = underSun(toLight);
+        Material material;
+        material.doubleSided = twoSided;
+        const Index m = addMaterial(lit.scene, material);
+        const Index mesh =
+            slab ? addBoxMesh(lit.scene, "slab", m) : addSquareMesh(lit.scene, "square", m);
+        lying(lit, mesh, height, 100.0, slab ? 0.2 : 1.0);
+        return reachOfSun(lit);
+    };
+    for (const bool twoSided : {false, true}) {
+        EXPECT_NEAR(reachWith(slanted, false, twoSided, -1.0), without, 1e-6);
+        EXPECT_NEAR(reachWith(slanted, false, twoSided, -5.0), without, 1e-6);
+        EXPECT_NEAR(reachWith(slanted, false, twoSided, -0.9), without, 1e-6)
+            << "they sink into it";
+    }
+    EXPECT_NEAR(reachWith(slanted, true, false, -1.2), without, 1e-6) << "a slab";
+    // These shade others.
+    EXPECT_GT(reachWith(slanted, true, false, 4.0), 90.0) << "a slab above them";
+    EXPECT_GT(reachWith({0.0, -3.0, 1.0}, true, false, -5.0), 90.0) << "lit from below";
+    // And this one itself.
+    Lit lit = underSun(slanted);
+    lying(lit, addBallMesh(lit.scene, "hill", addMaterial(lit.scene, {})), -21.0, 100.0, 20.0);
+    EXPECT_GT(reachOfSun(lit), 90.0);
+}
+
 }  // namespace

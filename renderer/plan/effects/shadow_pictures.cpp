@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <utility>
 
 namespace clerestory {
 namespace {
@@ -21,12 +23,6 @@ constexpr double kMaxGrowth = 1.5;
 bool isSurface(const Stage& stage, const Surface& surface) {
     const Instance& instance = stage.scene.instances[surface.instance];
     return stage.scene.meshes[instance.mesh].primitive == Primitive::triangles;
-}
-
-Bounds worldBox(const Stage& stage, const Surface& surface) {
-    const Instance& instance = stage.scene.instances[surface.instance];
-    return transformed(boundsOf(stage.pose, stage.scene.meshes[instance.mesh]),
-                       stage.pose.worldFromNode[instance.node]);
 }
 
 // One-sided and flat, with its front to the light: its back is not seen from there.
@@ -80,26 +76,139 @@ PictureEdges edgesOf(Preset preset) {
 
 namespace {
 
-struct FittedBox {
-    Bounds box;  // world
-    bool lasts;  // contains all casters at all times
-};
-
-FittedBox boxTowards(const Stage& stage, const Casters& casters, const glm::dvec3& toLight) {
-    Bounds all, still;
-    for (const Surface& surface : stage.surfaces) {
-        if (!casts(stage, surface) || facesSun(stage, surface, toLight)) continue;
-        all.add(worldBox(stage, surface));
-        if (!casters.change(surface)) still.add(worldBox(stage, surface));
-    }
-    if (!casters.mixed()) return {all, !casters.anyChange()};
-    const Bounds ever = lastingBounds(stage.scene, stage.pose);
-    if (still.empty() || ever.diagonal() > kMaxGrowth * still.diagonal()) return {all, false};
-    return {ever, true};
+// Whether no triangle of the mesh is in front of another: it shades nothing of itself.
+// Conservative; for sheets, boxes and other bodies of few flat parts.
+bool isFlatOrConvex(const Scene& scene, const Mesh& mesh) {
+    constexpr std::uint32_t kMaxParts = 16;
+    if (mesh.flatPartCount > kMaxParts || mesh.deformation != kNone) return false;
+    const std::span parts(scene.flatParts.data() + mesh.firstFlatPart, mesh.flatPartCount);
+    std::uint32_t clusters = 0;
+    for (const FlatPart& part : parts) clusters += part.clusterCount;
+    if (clusters != mesh.clusterCount) return false;
+    // Each part is flat to 1e-4 of its diagonal.
+    const double tolerance = 2e-4 * double(mesh.bounds.diagonal());
+    const auto isBehind = [&](const FlatPart& part, const Plane& plane) {
+        const glm::dvec3 half = 0.5 * glm::dvec3(part.bounds.extent());
+        return plane.distance(glm::dvec3(part.bounds.center())) +
+                   glm::dot(glm::abs(plane.normal), half) <=
+               tolerance;
+    };
+    return std::all_of(parts.begin(), parts.end(), [&](const FlatPart& front) {
+        return std::all_of(parts.begin(), parts.end(),
+                           [&](const FlatPart& other) { return isBehind(other, front.plane()); });
+    });
 }
 
-// From a direction: the casters fill the picture, and depth reaches over the whole scene.
-View sunView(const Stage& stage, const Bounds& casters, const glm::dvec3& toLight) {
+// Seen along one axis of the world from the side of the light.
+struct Heights {
+    int axis;
+    double side;  // of the light: 1 or -1
+
+    double bottom(const Bounds& b) const {
+        return side > 0.0 ? double(b.min[axis]) : -double(b.max[axis]);
+    }
+    double top(const Bounds& b) const {
+        return side > 0.0 ? double(b.max[axis]) : -double(b.min[axis]);
+    }
+};
+
+// What is below everything else along an axis: a ground that is one plane, tiles or slabs. It
+// shades neither itself nor others, and would take most of the picture of the light.
+struct Grounds {
+    Heights heights;
+    double lowest = 1e300;        // of its bottoms
+    std::vector<bool> instances;  // empty: none
+
+    bool contains(const Surface& s) const { return !instances.empty() && instances[s.instance]; }
+};
+
+Grounds groundsAlong(const Heights& heights, const Stage& stage, const std::vector<Bounds>& boxes,
+                     const std::vector<bool>& moves) {
+    // Relative to the size of a ground: other things may sink into it.
+    constexpr double kSunk = 0.01;
+    const Scene& scene = stage.scene;
+    // The lowest bottom of all, and that of the others.
+    Index lowest = kNone;
+    double least = 1e300, next = 1e300;
+    const auto consider = [&](Index i, const Bounds& box) {
+        if (box.empty()) return;
+        const double bottom = heights.bottom(box);
+        if (bottom < least) {
+            next = std::exchange(least, bottom);
+            lowest = i;
+        } else {
+            next = std::min(next, bottom);
+        }
+    };
+    for (Index i = 0; i < boxes.size(); ++i) consider(i, boxes[i]);
+    consider(kNone, scene.motionReach);
+    Grounds grounds{heights};
+    for (Index i = 0; i < boxes.size(); ++i) {
+        const double others = i == lowest ? next : least;
+        const double sunk = kSunk * double(boxes[i].diagonal());
+        if (boxes[i].empty() || moves[i] || heights.top(boxes[i]) > others + sunk) continue;
+        if (!isFlatOrConvex(scene, scene.meshes[scene.instances[i].mesh])) continue;
+        grounds.instances.resize(boxes.size());
+        grounds.instances[i] = true;
+        grounds.lowest = std::min(grounds.lowest, heights.bottom(boxes[i]));
+    }
+    return grounds;
+}
+
+struct FittedBox {
+    Bounds box;         // world; of casters and of what tints light
+    bool lasts;         // contains them at all times
+    double fall = 0.0;  // the longest way of light from its top to the ground
+};
+
+// Without these grounds.
+FittedBox fittedBox(const Stage& stage, const Casters& casters, const std::vector<Bounds>& boxes,
+                    const std::vector<bool>& moves, const std::vector<Grounds>& grounds,
+                    const glm::dvec3& toLight) {
+    Bounds all, still, ever = stage.scene.motionReach;
+    for (const Surface& surface : stage.surfaces) {
+        const bool hides = casts(stage, surface) && !facesSun(stage, surface, toLight);
+        const bool isGround = std::any_of(grounds.begin(), grounds.end(),
+                                          [&](const Grounds& g) { return g.contains(surface); });
+        if (isGround || (!hides && !tints(stage, surface))) continue;
+        const Bounds& box = boxes[surface.instance];
+        all.add(box);
+        if (!casters.change(surface)) still.add(box);
+        if (!moves[surface.instance]) ever.add(box);
+    }
+    const bool keeps =
+        casters.mixed() && !still.empty() && ever.diagonal() <= kMaxGrowth * still.diagonal();
+    FittedBox fitted{keeps ? ever : all, keeps || !casters.anyChange()};
+    for (const Grounds& g : grounds) {
+        if (g.instances.empty() || fitted.box.empty()) continue;
+        fitted.fall = std::max(fitted.fall, (g.heights.top(fitted.box) - g.lowest) /
+                                                std::abs(toLight[g.heights.axis]));
+    }
+    return fitted;
+}
+
+FittedBox boxTowards(const Stage& stage, const Casters& casters, const glm::dvec3& toLight) {
+    // Otherwise the picture would hardly be finer.
+    constexpr double kMuchSmaller = 0.7;
+    const std::vector<bool> moves = instancesThatMove(stage.scene);
+    std::vector<Bounds> boxes;
+    for (Index i = 0; i < stage.scene.instances.size(); ++i) {
+        boxes.push_back(boundsOfInstance(stage.scene, stage.pose, i));
+    }
+    std::vector<Grounds> grounds;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (toLight[axis] == 0.0) continue;
+        const Heights heights{axis, toLight[axis] > 0.0 ? 1.0 : -1.0};
+        grounds.push_back(groundsAlong(heights, stage, boxes, moves));
+    }
+    const FittedBox with = fittedBox(stage, casters, boxes, moves, {}, toLight);
+    const FittedBox without = fittedBox(stage, casters, boxes, moves, grounds, toLight);
+    return without.box.diagonal() < kMuchSmaller * with.box.diagonal() ? without : with;
+}
+
+// From a direction: the casters fill the picture but for a margin, and depth reaches over the whole
+// scene.
+View sunView(const Stage& stage, const Bounds& casters, const glm::dvec3& toLight, double margin) {
     const glm::dvec3 middle(casters.center());
     const double reach = 2.0 * double(lastingBounds(stage.scene, stage.pose).diagonal()) + 1e-9;
     const glm::dvec3 eye = middle + toLight * reach;
@@ -117,7 +226,8 @@ View sunView(const Stage& stage, const Bounds& casters, const glm::dvec3& toLigh
     View view;
     view.viewFromWorld = glm::dmat4(glm::transpose(axes));
     view.viewFromWorld[3] = glm::dvec4(-(glm::transpose(axes) * eye), 1.0);
-    view.clipFromView = orthographic(half.x * 1.01, half.y * 1.01, 0.0, 2.0 * reach);
+    half = 1.01 * half + margin;
+    view.clipFromView = orthographic(half.x, half.y, 0.0, 2.0 * reach);
     view.eye = eye;
     view.orthographic = true;
     view.znear = 0.0;
@@ -133,12 +243,13 @@ std::optional<Shadow> shadowOf(const Stage& stage, const Casters& casters, std::
         std::max(1e-9, kLightNearShare * double(lastingBounds(stage.scene, stage.pose).diagonal()));
     if (light.kind == LightKind::directional) {
         const glm::dvec3 toLight = glm::normalize(glm::dvec3(light.toLight));
-        const auto [box, lasts] = boxTowards(stage, casters, toLight);
+        const auto [box, lasts, fall] = boxTowards(stage, casters, toLight);
         if (box.empty()) return std::nullopt;
+        const double halfShadow = double(light.radius) * fall;
         return Shadow{.light = index,
                       .kind = LightShadow::Kind::one,
                       .edge = edges.sun,
-                      .views = {sunView(stage, box, toLight)},
+                      .views = {sunView(stage, box, toLight, halfShadow)},
                       .lasts = lasts};
     }
     if (light.kind == LightKind::spot && light.cosOuter > kMaxConeCosine) {

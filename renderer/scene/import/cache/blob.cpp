@@ -17,7 +17,7 @@ namespace {
 
 struct Header {
     char magic[8] = {'C', 'L', 'S', 'C', 'E', 'N', 'E', '\0'};
-    std::uint32_t version = 14;
+    std::uint32_t version = 15;
     std::uint32_t vertexBytes = sizeof(Vertex);
 };
 
@@ -156,8 +156,8 @@ void serialize(A& a, Scene& s) {
     a(s.meshes), a(s.materials), a(s.variants), a(s.images), a(s.textures), a(s.nodes),
         a(s.instances);
     a(s.lights), a(s.cameras), a(s.probes), a(s.clips), a(s.movingNodes), a(s.morphWeights);
-    a(s.animatedLights), a(s.skins), a(s.deformations), a(s.reach), a(s.defaultView),
-        a(s.environment);
+    a(s.animatedLights), a(s.skins), a(s.deformations), a(s.reach), a(s.motionReach),
+        a(s.defaultView), a(s.environment);
     a(s.environmentRotation), a(s.warnings);
 }
 
