@@ -58,8 +58,10 @@ void insideMirror(inout MirrorPlace found, float toMirror) {
     found.at = at;
 }
 
-// An object is close to the mirror within this fraction of the distance to the mirror.
+// An object is close to the mirror within this fraction of the distance to the mirror, and while the lobe is
+// at most so many pixels of the picture wide there.
 const float kClose = 0.1f;
+const float kClosePixels = 2.0f;
 
 // The pixels of the mirrored view coincide with those of this view. Blur depends on the distance
 // between the mirror and the reflected object (erratum R4), which is stored in the picture's alpha.
@@ -82,7 +84,8 @@ MirrorPlace mirrorPlace(Surface s, vec3 position) {
     // What is close to the mirror is as far as its own pixel says, and as sharp as it takes to leave out
     // the sky behind the foot of a wall: a little of that would be many times as far as the wall. The sky
     // raises the mean distance by up to kFarShare, other objects by less than 1.
-    float apart = first / (kClose * max(toMirror, 1e-18f));
+    float apart = max(first / (kClose * max(toMirror, 1e-18f)),
+                      2.0f * alpha * reflection.levels.y * lobeReach(toMirror, first) / kClosePixels);
     found.beyond = min(found.beyond, first * (1.0f + apart));
     float sky = clamp(mixed - found.first, 0.0f, 1.0f);
     float level = mirrorLod(sqrt(alpha), reflection.levels.y, toMirror, found.beyond);

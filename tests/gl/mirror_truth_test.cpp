@@ -232,10 +232,42 @@ TEST_F(MirrorTruth, DarkLightHasNoBandsInAMirror) {
     EXPECT_GT(most - least, 15) << "the ramp itself is seen";
 }
 
+// From a quarter to three quarters of the step from dark on the left to light on the right, pixels.
+double widthInRow(const Image& image, std::uint32_t y) {
+    double place[2] = {0.0, 0.0};
+    const float white = color(image, 250, y).x;
+    for (std::uint32_t x = 250; x-- > 1;) {
+        const float a = color(image, x - 1, y).x / white, b = color(image, x, y).x / white;
+        for (const int i : {0, 1}) {
+            const float level = i == 0 ? 0.25f : 0.75f;
+            if (a < level && b >= level) place[i] = x - 1 + (level - a) / (b - a);
+        }
+    }
+    return place[1] - place[0];
+}
+
+// The same by the law of the cone for a GGX lobe across the plane of incidence, for an edge in the
+// plane y = 0 that the floor z = 0 mirrors.
+double widthByLaw(const FrameRequest& r, std::uint32_t y, double alpha) {
+    const double focal = 0.5 * r.height / std::tan(0.5 * r.camera.yfov.value());
+    const Ray ray = sight(r, 0.5 * r.width, y + 0.5);
+    const glm::dvec3 floor = ray.origin - ray.origin.z / ray.direction.z * ray.direction;
+    const double d1 = glm::distance(ray.origin, floor);
+    const double d2 = -floor.y / ray.direction.y;  // to the wall, along the mirrored ray
+    return 2.0 / std::sqrt(3.0) * 2.0 * alpha * focal * d2 / (d1 + d2) * -ray.direction.z;
+}
+
+FrameRequest alongTheFloor(Scene scene, const std::string& id) {
+    FrameRequest r = mirrored(std::move(scene), id, {0, -4, 3});
+    r.camera.target = glm::dvec3(0, 0, 0);
+    r.camera.up = glm::dvec3(0, 0, 1);
+    r.camera.yfov = 0.9;
+    r.width = r.height = 256;
+    return r;
+}
+
 // R4: a wall on a rough floor, half of it white and half black, and that edge is mirrored: sharp at
-// its foot, wider with the distance from it by the law of the cone. Widths from a quarter to three
-// quarters of the step, in pixels, as the law says them for a GGX lobe across the plane of
-// incidence.
+// its foot, wider with the distance from it by the law of the cone.
 TEST_F(MirrorTruth, RoughFloorsAreSharpAtContact) {
     Scene scene;
     const glm::dmat4 upright =
@@ -247,35 +279,13 @@ TEST_F(MirrorTruth, RoughFloorsAreSharpAtContact) {
     Material rough = mirrorMetal(1.0f, 0.3f);
     rough.reflection = Reflection::mirror;
     place(scene, quad(12.0f, addMaterial(scene, rough)));
-    FrameRequest r = mirrored(std::move(scene), "foot", {0, -4, 3});
-    r.camera.target = glm::dvec3(0, 0, 0);
-    r.camera.up = glm::dvec3(0, 0, 1);
-    r.camera.yfov = 0.9;
-    r.width = r.height = 256;
-    const auto widthInRow = [](const Image& image, std::uint32_t y) {
-        double place[2] = {0.0, 0.0};
-        const float white = color(image, 250, y).x;
-        for (std::uint32_t x = 250; x-- > 1;) {
-            const float a = color(image, x - 1, y).x / white, b = color(image, x, y).x / white;
-            for (const int i : {0, 1}) {
-                const float level = i == 0 ? 0.25f : 0.75f;
-                if (a < level && b >= level) place[i] = x - 1 + (level - a) / (b - a);
-            }
-        }
-        return place[1] - place[0];
-    };
-    const double focal = 128.0 / std::tan(0.45), alpha = 0.09;
+    FrameRequest r = alongTheFloor(std::move(scene), "foot");
     for (const std::uint32_t samples : {1u, 64u}) {
         r.accuracy.planarSamples = samples;
         const Image image = renderer().render(r).image;
         double before = 0.0;
         for (std::uint32_t y = 130; y < 256; y += 12) {
-            const Ray ray = sight(r, 128.0, y + 0.5);
-            const glm::dvec3 floor = ray.origin - ray.origin.z / ray.direction.z * ray.direction;
-            const double d1 = glm::distance(ray.origin, floor);
-            const double d2 = -floor.y / ray.direction.y;  // to the wall, along the mirrored ray
-            const double predicted =
-                2.0 / std::sqrt(3.0) * 2.0 * alpha * focal * d2 / (d1 + d2) * -ray.direction.z;
+            const double predicted = widthByLaw(r, y, 0.09);
             const double width = widthInRow(image, y);
             EXPECT_GT(width, 0.98 * before) << samples << " samples, row " << y;
             if (y == 130) {
@@ -287,6 +297,32 @@ TEST_F(MirrorTruth, RoughFloorsAreSharpAtContact) {
             }
             before = width;
         }
+    }
+}
+
+// A wall that ends before a black sky, on a rough floor and nearer to it than a tenth of the way to
+// the eye: where the lobe is several pixels wide, its silhouette is no step from one pixel to the
+// next.
+TEST_F(MirrorTruth, SilhouettesNearRoughFloorsAreSoft) {
+    Scene scene;
+    const glm::dmat4 upright =
+        glm::rotate(glm::dmat4(1.0), glm::half_pi<double>(), glm::dvec3(1, 0, 0));
+    place(scene, quad(8.0f, addMaterial(scene, glowing(glm::vec3(1.0f)))),
+          moved(8.0, 0, 0) * upright);
+    Material rough = mirrorMetal(1.0f, 0.5f);
+    rough.reflection = Reflection::mirror;
+    place(scene, quad(12.0f, addMaterial(scene, rough)));
+    const FrameRequest r = alongTheFloor(std::move(scene), "silhouette");
+    const Image image = renderer().render(r).image;
+    for (std::uint32_t y = 136; y <= 144; y += 2) {
+        EXPECT_GT(widthByLaw(r, y, 0.25), 6.0);
+        const float white = color(image, 250, y).x;
+        float step = 0.0f;
+        for (std::uint32_t x = 1; x < 250; ++x) {
+            step =
+                std::max(step, std::abs(color(image, x, y).x - color(image, x - 1, y).x) / white);
+        }
+        EXPECT_LT(step, 0.45f) << "row " << y;
     }
 }
 
