@@ -129,15 +129,15 @@ TEST_F(WorkerServer, KillsDuringAFrameLoseNothing) {
 TEST(BackgroundWorkOfWorkers, IsLeftOutAfterItEndedRenderers) {
     Config config = workerConfig();
     config.workers.standby = false;
-    config.workers.program.arguments = {"--scene", "orbiting-cubes", "--scene-cache",
-                                        "none",    "--log-level",    "off"};
+    config.workers.program.arguments = {"--scene", "teapots",     "--scene-cache",
+                                        "none",    "--log-level", "off"};
     Server server(config);
     server.start();
     auto client = clientOf(server);
     std::string light;
     int killed = 0;
     const auto failed = [&] {
-        // Each has a light of its own.
+        // Each has a light of its own, which takes seconds.
         const std::string body = R"({"width": 64, "height": 48, "environment": {"intensity": )" +
                                  std::to_string(1.0 + 0.01 * killed) + "}}";
         postJson(client, "/v1/frames", body);  // begins it
@@ -151,7 +151,7 @@ TEST(BackgroundWorkOfWorkers, IsLeftOutAfterItEndedRenderers) {
     ASSERT_TRUE(within(kPatience, failed)) << light;
     EXPECT_EQ(light, "revision=0, share=0.00, failed");
     EXPECT_GE(killed, EndedWork::kMaxEnds);
-    const json scene = json::parse(client.Get("/v1/scenes/orbiting-cubes")->body);
+    const json scene = json::parse(client.Get("/v1/scenes/teapots")->body);
     EXPECT_EQ(scene.at("light").value("failed", false), true) << scene.at("light");
 }
 
