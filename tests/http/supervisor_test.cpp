@@ -52,8 +52,9 @@ int playWorker(int argc, char** argv) {
     }
     if (argc > 2 && std::strcmp(argv[2], "never ready") == 0) beatFor(pipe, 1h);
     pipe.send({.kind = MessageKind::ready});
-    pipe.send({.kind = MessageKind::warm});
+    // Before it is warm, so that no standby starts meanwhile.
     if (argc > 2 && std::strcmp(argv[2], "works") == 0) work(pipe, leftOut);
+    pipe.send({.kind = MessageKind::warm});
     std::thread([&pipe] { beatFor(pipe, 1h); }).detach();
     std::set<std::uint64_t> cancelled;
     std::mutex mutex;

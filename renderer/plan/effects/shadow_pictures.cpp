@@ -113,7 +113,7 @@ struct Heights {
 };
 
 // What is below everything else along an axis: a ground that is one plane, tiles or slabs. It
-// shades neither itself nor others, and would take most of the picture of the light.
+// shades neither itself nor others outside of the picture of these, most of which it would take.
 struct Grounds {
     Heights heights;
     double lowest = 1e300;        // of its bottoms
