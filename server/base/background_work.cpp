@@ -8,6 +8,9 @@
 namespace clerestory {
 
 struct BackgroundWork::Shared {
+    Shared(std::vector<std::string> names, Report to)
+        : leftOut(std::move(names)), report(std::move(to)) {}
+
     const std::vector<std::string> leftOut;
     const Report report;
     std::atomic<std::uint64_t> next{1};

@@ -15,7 +15,7 @@ json read(std::string_view text, std::size_t maxDepth = 64) {
     return jsonFrom(text, maxDepth);
 }
 
-JsonTextError errorOf(std::string_view text, std::size_t maxDepth = 64) {
+JsonTextError jsonErrorOf(std::string_view text, std::size_t maxDepth = 64) {
     try {
         read(text, maxDepth);
     } catch (const JsonTextError& error) {
@@ -34,12 +34,12 @@ TEST(JsonText, ReadsTheValuesThatNlohmannReads) {
 }
 
 TEST(JsonText, ErrorsTellThePlace) {
-    EXPECT_EQ(errorOf("").kind, Kind::syntax);
-    EXPECT_EQ(errorOf(R"({"a": 1,})").byte, 9u);
-    EXPECT_EQ(errorOf("[1] 2").kind, Kind::syntax);
-    EXPECT_EQ(errorOf("[[1]]", 1).kind, Kind::depth);
+    EXPECT_EQ(jsonErrorOf("").kind, Kind::syntax);
+    EXPECT_EQ(jsonErrorOf(R"({"a": 1,})").byte, 9u);
+    EXPECT_EQ(jsonErrorOf("[1] 2").kind, Kind::syntax);
+    EXPECT_EQ(jsonErrorOf("[[1]]", 1).kind, Kind::depth);
     EXPECT_EQ(read("[[1], {}]", 2).size(), 2u);
-    const JsonTextError range = errorOf(R"({"a~": [0, {"b/": 1e999}]})");
+    const JsonTextError range = jsonErrorOf(R"({"a~": [0, {"b/": 1e999}]})");
     EXPECT_EQ(range.kind, Kind::numberRange);
     EXPECT_EQ(range.pointer, "/a~0/1/b~1");
 }
