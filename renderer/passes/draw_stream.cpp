@@ -17,46 +17,59 @@ glm::vec4 row(const glm::dmat3& m, int i, double w) {
 // As kMinConeWidth of optics.glsl.
 constexpr float kMinSpotConeWidth = 1e-3f;
 
-// As shadowAt() in shadow.glsl reads it.
-void appendShadow(std::vector<glm::vec4>& rows, const PlacedLight& light, const glm::dvec3& eye,
+// As shadowAt() in shadow.glsl reads it. Rows of nearer pictures that there are not are 0: no place
+// is in one.
+void appendShadow(std::vector<glm::vec4>& rows, const PlacedLight& light, const View& seen,
                   const glm::dmat3& axesFromWorld) {
     const std::size_t first = rows.size();
+    static_assert(NEAR_SHADOWS == kMaxNearShadows);
     rows.resize(first + LIGHT_ROWS - 3, glm::vec4(0.0f));
     rows[first + 6].x = light.radius;
     if (!light.shadow) return;
-    const auto& [kind, tile, view] = *light.shadow;
+    const auto& [kind, tile, view, nearer] = *light.shadow;
     const bool six = kind == LightShadow::Kind::six;
     // Extent of a texel: of the picture at a metre, or everywhere.
-    const double extent = 2.0 / view.clipFromView[0][0] / tile.width;
-    const double other = 2.0 / view.clipFromView[1][1] / tile.height;
-    const auto texel = static_cast<float>(std::max(extent, other));
-    rows[first] = {six ? 2.0f : 1.0f, view.orthographic ? 0.0f : texel,
-                   view.orthographic ? texel : 0.0f, static_cast<float>(view.znear)};
+    const auto texel = static_cast<float>(texelOf(view, tile));
+    rows[first] = {six              ? 3.0f
+                   : nearer.empty() ? 1.0f
+                                    : 2.0f,
+                   view.orthographic ? 0.0f : texel, view.orthographic ? texel : 0.0f,
+                   static_cast<float>(view.znear)};
     rows[first + 6].y =
         view.orthographic ? static_cast<float>(1.0 / view.clipFromView[2][2]) : 0.0f;
     rows[first + 1] = {tile.x, tile.y, tile.width, 1.0f / static_cast<float>(tile.width)};
     if (six) return;
     glm::dmat4 worldFromEye{glm::transpose(axesFromWorld)};
-    worldFromEye[3] = glm::dvec4(eye, 1.0);
+    worldFromEye[3] = glm::dvec4(seen.eye, 1.0);
     const glm::dmat4 clip = glm::transpose(view.clipFromView * view.viewFromWorld * worldFromEye);
     for (int row = 0; row < 4; ++row) {
         rows[first + 2 + static_cast<std::size_t>(row)] = glm::vec4(clip[row]);
     }
+    if (seen.lasting) return;
+    std::size_t near = first + NEAR_SHADOW_ROW - 3;
+    for (const auto& [part, partView] : nearer) {
+        const glm::dmat4 &from = view.clipFromView, &to = partView.clipFromView;
+        const glm::dvec2 scale(to[0][0] / from[0][0], to[1][1] / from[1][1]);
+        const glm::dvec2 offset(to[3][0] - scale.x * from[3][0], to[3][1] - scale.y * from[3][1]);
+        rows[near++] = glm::vec4(0.5 * scale, 0.5 * offset + 0.5);
+        rows[near++] = glm::vec4(part.x, part.y, part.width, texelOf(partView, part));
+    }
 }
 
-void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const glm::dvec3& eye,
+// seen: what the light is for.
+void appendLight(std::vector<glm::vec4>& rows, const PlacedLight& light, const View& seen,
                  const glm::dmat3& axesFromWorld) {
     const bool placed = light.kind != LightKind::directional;
     const bool spot = light.kind == LightKind::spot;
     const glm::vec3 toLight(axesFromWorld * glm::dvec3(light.toLight));
-    const glm::vec3 position(axesFromWorld * (light.position - eye));
+    const glm::vec3 position(axesFromWorld * (light.position - seen.eye));
     rows.emplace_back(placed ? position : toLight, placed ? 1.0f : 0.0f);
     const bool limited = placed && light.range > 0.0f;
     rows.emplace_back(light.intensity, limited ? 1.0f / (light.range * light.range) : 0.0f);
     // spotAttenuation() as a linear function of the cosine; without a cone it is 1.
     const float width = std::max(light.cosInner - light.cosOuter, kMinSpotConeWidth);
     rows.push_back(spot ? glm::vec4(toLight, -light.cosOuter) / width : glm::vec4(0, 0, 0, 1));
-    appendShadow(rows, light, eye, axesFromWorld);
+    appendShadow(rows, light, seen, axesFromWorld);
 }
 
 }  // namespace
@@ -107,7 +120,7 @@ std::uint32_t DrawStream::firstLight(const std::vector<std::uint8_t>& list) {
         list, static_cast<std::uint32_t>((lightData_.size() - HARMONIC_ROWS) / LIGHT_ROWS));
     if (isNew) {
         for (const std::uint8_t light : list)
-            appendLight(lightData_, (*lights_)[light], view_->eye, axesFromWorld_);
+            appendLight(lightData_, (*lights_)[light], *view_, axesFromWorld_);
     }
     return it->second;
 }

@@ -108,6 +108,9 @@ void bindView(PassResources& resources, const PassInput& input, const PassView& 
         block.shadows = {1.0f / static_cast<float>(map.width),
                          1.0f / static_cast<float>(map.height),
                          static_cast<float>(input.plan.shadowSamples), 0.0f};
+        const TargetRect& whole = input.plan.wholeShadows;
+        block.sampling.y = static_cast<float>(map.width) / static_cast<float>(whole.width);
+        block.sampling.z = static_cast<float>(map.height) / static_cast<float>(whole.height);
     }
     block.sampling.x = input.sampled ? input.sampled->edge : 1.0f;
     if (const auto& radiance = seen.background.radiance) {

@@ -97,7 +97,8 @@ const rays::CubeMap& ProcessorTracer::cubeOf(const Target* environment) {
 }
 
 // Maps of a warm-up have no keys, and are read each time.
-const rays::ShadowMap& ProcessorTracer::shadowMapOf(const Target& shadows, const Target* tints) {
+const rays::ShadowMap& ProcessorTracer::shadowMapOf(const Target& shadows, const TargetRect& part,
+                                                    const Target* tints) {
     const TargetSpec& spec = shadows.spec();
     const std::uint64_t key = spec.residentKey, tintsKey = tints ? tints->spec().residentKey : 0;
     if (key != 0 && key == depthsKey_ && tintsKey == tintsKey_) {
@@ -109,10 +110,10 @@ const rays::ShadowMap& ProcessorTracer::shadowMapOf(const Target& shadows, const
     shadowMap_.blocks.clear();
     shadowMap_.clearBlocks.clear();
     if (key == 0 || key != depthsKey_) {
-        shadowMap_.width = spec.width;
-        shadowMap_.height = spec.height;
-        shadowMap_.depths.resize(std::size_t{spec.width} * spec.height);
-        shadows.readable().readDepths(shadowMap_.depths);
+        shadowMap_.width = part.width;
+        shadowMap_.height = part.height;
+        shadowMap_.depths.resize(std::size_t{part.width} * part.height);
+        shadows.readable().readDepths({part.x, part.y, part.width, part.height}, shadowMap_.depths);
     }
     if (tintsKey == 0 || tintsKey != tintsKey_) {
         shadowMap_.tints.clear();
@@ -176,7 +177,9 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
     around.emitters = emitters;
     around.roundLights = hasRoundLight(plan.lights);
     around.shadows = shadows != nullptr;
-    around.shadowMap = shadows && !rays_.shadowRays ? &shadowMapOf(*shadows, tints) : nullptr;
+    if (shadows && !rays_.shadowRays) {
+        around.shadowMap = &shadowMapOf(*shadows, plan.wholeShadows, tints);
+    }
     around.shadowSamples = shadows ? plan.shadowSamples : 0;
     around.leastShare = rays_.leastShare;
     around.background = work.background.radiance;

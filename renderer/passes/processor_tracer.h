@@ -66,7 +66,9 @@ private:
     rays::Surroundings sceneAround(const FramePlan& plan, DrawStream& draws,
                                    const Target* environment);
     const rays::CubeMap& cubeOf(const Target* environment);
-    const rays::ShadowMap& shadowMapOf(const Target& shadows, const Target* tints);
+    // part: of the shadow map.
+    const rays::ShadowMap& shadowMapOf(const Target& shadows, const TargetRect& part,
+                                       const Target* tints);
 
     void finishTree();
 

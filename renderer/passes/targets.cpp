@@ -119,6 +119,16 @@ void Target::makeTextures() {
     }
 }
 
+bool Target::replace(const TargetSpec& other) {
+    TargetSpec renamed = spec_;
+    renamed.residentKey = other.residentKey;
+    renamed.partKey = other.partKey;
+    renamed.inputsHash = other.inputsHash;
+    if (renamed != other) return false;
+    spec_ = other;
+    return true;
+}
+
 void Target::makeLevels() const {
     const bool cube = spec_.kind == TargetKind::cube;
     for (std::uint32_t level = 1; level < spec_.levels; ++level) {
@@ -176,14 +186,32 @@ Target& TargetPool::acquire(const TargetSpec& spec, const Scene& scene) {
                               ? entry.target->spec().residentKey == spec.residentKey
                               : !entry.taken && matches(entry.target->spec(), spec);
         if (!same) continue;
+        if (spec.partKey != 0 && spec.partKey != entry.target->spec().partKey) {
+            entry.target->replace(spec);
+            entry.partResident = false;
+        }
         entry.taken = true;
         entry.lastFrame = frame_;
         entry.inputsHash = spec.inputsHash;
         entry.scene = &scene;
         return *entry.target;
     }
-    entries_.push_back(
-        {std::make_unique<Target>(spec), true, false, spec.inputsHash, frame_, &scene});
+    if (spec.replaceable) {
+        for (Entry& entry : entries_) {
+            if (entry.taken || !entry.target->replace(spec)) continue;
+            entry = {.target = std::move(entry.target),
+                     .taken = true,
+                     .inputsHash = spec.inputsHash,
+                     .lastFrame = frame_,
+                     .scene = &scene};
+            return *entry.target;
+        }
+    }
+    entries_.push_back({.target = std::make_unique<Target>(spec),
+                        .taken = true,
+                        .inputsHash = spec.inputsHash,
+                        .lastFrame = frame_,
+                        .scene = &scene});
     return *entries_.back().target;
 }
 
@@ -201,13 +229,13 @@ const gl::Framebuffer& TargetPool::together(const Target& target, std::uint32_t 
 void TargetPool::markResident(const Target& target) {
     if (target.spec().residentKey == 0) return;
     for (Entry& entry : entries_) {
-        if (entry.target.get() == &target) entry.resident = true;
+        if (entry.target.get() == &target) entry.resident = entry.partResident = true;
     }
 }
 
 void TargetPool::markIncomplete(const Target& target) {
     for (Entry& entry : entries_) {
-        if (entry.target.get() == &target) entry.resident = false;
+        if (entry.target.get() == &target) entry.resident = entry.partResident = false;
     }
 }
 
@@ -217,6 +245,7 @@ ResidentMaps TargetPool::residentMaps() const {
         if (!entry.resident) continue;
         const std::uint64_t key = entry.target->spec().residentKey;
         maps.keys.insert(key);
+        if (entry.partResident) maps.keys.insert(entry.target->spec().partKey);
         if (entry.inputsHash != 0) maps.keyOfInputs[entry.inputsHash] = key;
     }
     return maps;

@@ -24,6 +24,8 @@ public:
     const TargetSpec& spec() const { return spec_; }
     display::Picture& picture() const { return *picture_; }
     const gl::Texture& texture() const { return *color_; }
+    // Becomes another target that differs in its keys only. Returns whether it can.
+    bool replace(const TargetSpec& other);
     // For drawing: level 0 (of a cube, of one face).
     const gl::Framebuffer& drawn(std::uint32_t face = 0) const { return drawn_[face]; }
     const gl::Framebuffer& face(std::uint32_t level, std::uint32_t face) const {
@@ -90,6 +92,7 @@ private:
         std::unique_ptr<Target> target;
         bool taken = false;
         bool resident = false;
+        bool partResident = false;     // see TargetSpec::partKey
         std::uint64_t inputsHash = 0;  // of the last plan that used it
         std::uint64_t lastFrame = 0;
         const Scene* scene = nullptr;  // of that frame; only its address is used

@@ -158,10 +158,20 @@ void planChannelFrame(const FrameContext& context, const FrameRequest& request, 
     explainFilters(plan, request.filters);
 }
 
+Observer observerOf(const RootViews& roots) {
+    Observer observer;
+    for (const ViewTask& task : roots.tasks) observer.views.push_back(task.view);
+    if (roots.tasks.empty()) return observer;  // the lens shows nothing
+    const ViewTask& first = roots.tasks.front();
+    observer.pixel = 2.0 / (first.view.clipFromView[1][1] * first.height);
+    return observer;
+}
+
 void planColorFrame(const FrameContext& context, const FrameRequest& request, const Stage& stage,
                     const RootViews& roots, FramePlan& plan) {
     PlanBuilder builder(plan);
-    planShadows(plan, builder, context, stage, double(request.width) * request.height);
+    planShadows(plan, builder, context, stage, observerOf(roots),
+                double(request.width) * request.height);
     ViewContext views(context, stage, builder);
     agree(views, plan, roots);
     SeenView seen;

@@ -22,7 +22,7 @@ TargetSpec smallTarget(TargetSpec spec) {
     const auto maxLevels =
         static_cast<std::uint32_t>(std::bit_width(std::max(spec.width, spec.height)));
     spec.levels = std::min(spec.levels, maxLevels);
-    spec.residentKey = spec.inputsHash = 0;
+    spec.residentKey = spec.partKey = spec.inputsHash = 0;
     return spec;
 }
 

@@ -56,6 +56,7 @@ shader::Scene sceneOf(const Surroundings& s) {
         scene.viewBlock.shadows = {1.0f / static_cast<float>(s.shadowMap->width),
                                    1.0f / static_cast<float>(s.shadowMap->height),
                                    static_cast<float>(s.shadowSamples), 0.0f};
+        scene.viewBlock.sampling = {0.0f, 1.0f, 1.0f, 0.0f};
     }
     return scene;
 }

@@ -57,6 +57,7 @@ struct Scene {
         vec4 worldFromEye[3];
         vec4 environment;
         vec4 shadows;
+        vec4 sampling;
     } viewBlock;
     struct {
         vec4 eye, limits, background;

@@ -86,9 +86,13 @@
 
 // Texels of the light table: first the nine harmonics as 27 numbers one after another, then so many
 // for each light: its position (or direction), its power, its cone, and where its shadows are: about
-// them, their tile, four rows of the transform to it, and its disc (draw_stream.cpp).
+// them, their tile, four rows of the transform to it, its disc, and two for each nearer picture: from
+// clip space of the whole one to 0..1 of this, and its corner and edge in texels and the extent of a
+// texel in metres (draw_stream.cpp).
 #define HARMONIC_ROWS 7
-#define LIGHT_ROWS 10
+#define LIGHT_ROWS 16
+#define NEAR_SHADOW_ROW 10  // the first, of a light
+#define NEAR_SHADOWS 3
 
 // Levels that colours are read from below the one whose texel is as wide as a pixel. Two bilinear
 // look-ups of it average over two pixels and more; half as wide, they cover about the pixel.

@@ -14,7 +14,8 @@ BLOCK_BEGIN(ViewBlock, BINDING_VIEW)
     vec4 backdrop;          // last level; radiance of a background that replaces the map
     // 1 / width and 1 / height of the shadow map, samples of soft shadows; 1: there is such a background
     vec4 shadows;
-    vec4 sampling;          // x: edge of the square that a sample represents, pixels
+    vec4 sampling;          // x: edge of the square that a sample represents, pixels; yz: width and
+                            // height of the shadow map / those of its part without nearer pictures
 BLOCK_END(view)
 
 BLOCK_BEGIN(MaterialBlock, BINDING_MATERIAL)

@@ -45,6 +45,7 @@ const uint VIEW_SHADOWS_ONE = 1u << 6;  // of one picture each (LightShadow::Kin
 const uint VIEW_SHADOWS_SIX = 1u << 7;  // of six each
 const uint VIEW_SHADOWS_SOFT = 1u << 8;  // a light has a radius
 const uint VIEW_SHADOWS_TINTED = 1u << 9;  // by glass and blended surfaces
+const uint VIEW_SHADOWS_NEAR = 1u << 14;  // a light has nearer pictures (LightShadow::nearer)
 const uint VIEW_COVERAGE = 1u << 10;  // alpha is the share of a pixel that surfaces cover
 const uint VIEW_SHARED_PROGRAMS = 1u << 11;  // some meshes have no colours; see drawNumbers
 const uint VIEW_SURFACE_LIGHT = 1u << 4;  // vertices have light of their surroundings

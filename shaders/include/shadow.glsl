@@ -30,7 +30,7 @@ struct ShadowPlace {
 };
 
 bool hasSixPictures(vec4 about) {
-    return viewHas(VIEW_SHADOWS_SIX) || (!viewHas(VIEW_SHADOWS_ONE) && about.x > 1.5f);
+    return viewHas(VIEW_SHADOWS_SIX) || (!viewHas(VIEW_SHADOWS_ONE) && about.x > 2.5f);
 }
 
 // What shadowPlace() takes of a point (w: 1) or a way (w: 0) in eye space; it is linear. source:
@@ -41,8 +41,41 @@ vec4 shadowCoordinates(vec4 p, vec3 source, int first, bool six) {
                 dot(texelFetch(lightTable, first + 7), p), dot(texelFetch(lightTable, first + 8), p));
 }
 
-// about, tile: the light's rows.
-ShadowPlace shadowPlace(vec4 c, bool six, vec4 about, vec4 tile) {
+// The finest of the nearer pictures of a light that shows a place.
+struct NearPicture {
+    vec4 part;  // from clip space of the whole picture to 0..1 of it; 0: none shows the place
+    vec4 tile;  // corner and edge, texels; extent of a texel, metres
+};
+// c: in clip space of the whole picture; first: the light's rows.
+NearPicture nearPicture(vec4 c, int first) {
+    NearPicture found = NearPicture(vec4(0.0f), vec4(0.0f));
+    for (int i = 0; i < NEAR_SHADOWS; ++i) {
+        vec4 part = texelFetch(lightTable, first + NEAR_SHADOW_ROW + 2 * i);
+        vec4 tile = texelFetch(lightTable, first + NEAR_SHADOW_ROW + 2 * i + 1);
+        vec2 at = vec2(c.x * part.x + part.z, c.y * part.y + part.w);
+        float edge = 3.0f / max(tile.z, 1.0f);
+        if (min(at.x, at.y) > edge && max(at.x, at.y) < 1.0f - edge) {
+            found.part = part;
+            found.tile = tile;
+        }
+    }
+    return found;
+}
+bool hasNearPictures(vec4 about) {
+    return viewHas(VIEW_SHADOWS_NEAR) && about.x > 1.5f && about.x < 2.5f;
+}
+// found: the place in the whole picture.
+ShadowPlace placeIn(NearPicture picture, vec4 c, ShadowPlace found) {
+    if (picture.tile.z > 0.0f) {
+        vec2 at = vec2(c.x * picture.part.x + picture.part.z, c.y * picture.part.y + picture.part.w);
+        found.at = (vec2(picture.tile.x, picture.tile.y) + at * picture.tile.z) * view.shadows.xy;
+        found.inside = true;
+    }
+    return found;
+}
+
+// first, about, tile: the light's rows.
+ShadowPlace wholeShadowPlace(vec4 c, bool six, vec4 about, vec4 tile) {
     ShadowPlace found;
     vec2 at;
     found.inside = true;
@@ -53,12 +86,17 @@ ShadowPlace shadowPlace(vec4 c, bool six, vec4 about, vec4 tile) {
         found.depth = about.w / max(face.w, about.w);
     } else {
         at = c.xy / max(c.w, 1e-20f) * 0.5f + vec2(0.5f);
-        found.depth = c.z / max(c.w, 1e-20f);
+        found.depth = max(c.z / max(c.w, 1e-20f), 0.0f);
         found.inside = c.w > 0.0f && at.x > tile.w && at.y > tile.w && at.x < 1.0f - tile.w &&
                        at.y < 1.0f - tile.w;
         at = clamp(at, vec2(tile.w), vec2(1.0f - tile.w));
     }
     found.at = (tile.xy + at * tile.z) * view.shadows.xy;
+    return found;
+}
+ShadowPlace shadowPlace(vec4 c, bool six, int first, vec4 about, vec4 tile) {
+    ShadowPlace found = wholeShadowPlace(c, six, about, tile);
+    if (hasNearPictures(about)) return placeIn(nearPicture(c, first), c, found);
     return found;
 }
 
@@ -93,8 +131,8 @@ float litBetweenTexels(ShadowPlace s, float lit, float metres, int first, vec4 a
 
 // A blocker near the ray to the light's centre hides a part of its disc if its distance from that ray is
 // at most the radius of the beam from the disc. The search radius is the width of the beam at a quarter
-// of the distance or, for a directional light, at a quarter of the depth of its picture.
-const float kShadowSearch = 3.0f, kSunSearch = 0.25f;
+// of the distance or, for a directional light, a little more than the greatest one.
+const float kShadowSearch = 3.0f, kSunSearch = 1.25f;
 // Blockers differ in distance: those within the mean beam count if their own beam is at least this
 // fraction of it.
 const float kShadowSpread = 0.5f;
@@ -125,8 +163,8 @@ float softShadow(vec4 c, vec3 source, vec3 toLight, float metres, int first, vec
     for (float i = 0.0f; i < pairs; i += 0.5f) {
         float t = (floor(i) + 0.5f) / pairs;
         float away = reach * t * t * t;
-        ShadowPlace s = shadowPlace(c + alongX * (away * turn.x) + alongY * (away * turn.y), six, about,
-                                    tile);
+        ShadowPlace s = shadowPlace(c + alongX * (away * turn.x) + alongY * (away * turn.y), six, first,
+                                    about, tile);
         float blocker = texture(shadowDepths, s.at).r;
         float beam = placed ? disc.x * (blocker / max(s.depth, 1e-30f) - 1.0f)
                             : disc.x * disc.y * (blocker - s.depth);
@@ -143,7 +181,7 @@ float softShadow(vec4 c, vec3 source, vec3 toLight, float metres, int first, vec
         for (float i = 0.5f; i < count; i += 1.0f) {
             float away = width * sqrt(i / count);
             ShadowPlace s = shadowPlace(c + alongX * (away * turn.x) + alongY * (away * turn.y), six,
-                                        about, tile);
+                                        first, about, tile);
             float least = kShadowSpread * away / max(disc.x, 1e-30f);
             float depth = placed ? s.depth * (1.0f + least) : s.depth + least / max(disc.y, 1e-30f);
             lit += s.inside ? texture(shadowMap, vec3(s.at, depth)) : 1.0f;
@@ -163,10 +201,23 @@ const float kBehindGlass = 0.998f, kBehindGlassOfSun = 6e-4f;
 vec3 shadowAt(vec3 position, vec3 offset, vec3 source, vec3 toLight, float metres, int first) {
     vec4 about = texelFetch(lightTable, first + 3);  // kind, texel: slope and metres, near
     vec4 tile = texelFetch(lightTable, first + 4);  // corner and edge, texels; a texel of the edge
-    vec3 p = position + offset * (about.y * metres + about.z);
     bool six = hasSixPictures(about);
+    NearPicture picture;
+    if (viewHas(VIEW_SHADOWS_NEAR)) {
+        picture = NearPicture(vec4(0.0f), vec4(0.0f));
+        if (hasNearPictures(about)) {
+            picture = nearPicture(shadowCoordinates(vec4(position, 1.0f), source, first, six), first);
+        }
+        if (picture.tile.z > 0.0f) about.z = picture.tile.w;
+    }
+    vec3 p = position + offset * (about.y * metres + about.z);
     vec4 c = shadowCoordinates(vec4(p, 1.0f), source, first, six);
-    ShadowPlace s = shadowPlace(c, six, about, tile);
+    ShadowPlace whole = wholeShadowPlace(c, six, about, tile);
+    ShadowPlace s = whole;
+    if (viewHas(VIEW_SHADOWS_NEAR)) {
+        s = placeIn(picture, c, whole);
+        whole.at *= vec2(view.sampling.y, view.sampling.z);  // as the map of tints has it
+    }
     float lit = 1.0f;
     // Sides that face away from the light receive no light from it.
     if (dot(offset, toLight) > 0.0f && about.x > 0.5f) {
@@ -176,8 +227,8 @@ vec3 shadowAt(vec3 position, vec3 offset, vec3 source, vec3 toLight, float metre
             lit = softShadow(c, source, toLight, metres, first, about, tile, s.inside ? lit : 1.0f);
         }
     }
-    if (viewHas(VIEW_SHADOWS_TINTED) && about.x > 0.5f && s.inside && lit > 0.0f) {
-        vec4 tint = texture(shadowTints, s.at);
+    if (viewHas(VIEW_SHADOWS_TINTED) && about.x > 0.5f && whole.inside && lit > 0.0f) {
+        vec4 tint = texture(shadowTints, whole.at);
         bool behind = metres > 0.0f ? s.depth < tint.a * kBehindGlass : s.depth < tint.a - kBehindGlassOfSun;
         return lit * (behind ? min(radianceFinite(tint.rgb), vec3(1.0f)) : vec3(1.0f));
     }

@@ -3,6 +3,9 @@
 
 #include "support.h"
 
+#include <algorithm>
+#include <cmath>
+#include <string>
 #include <utility>
 
 namespace clerestory::test {
@@ -59,6 +62,34 @@ inline FrameRequest squareOverWall(const Light& light, const glm::dvec3& lightAt
         request(std::move(scene), "square over wall", origin + size * glm::dvec3(0.0, 0.0, 0.9));
     r.width = r.height = 201;
     return r;
+}
+
+// Pixels of the wall by their distance from the middle, the greater of both coordinates, in edges
+// of the square. The camera at z = 0.9 sees 0.9 to each side.
+inline double fromMiddle(std::uint32_t x, std::uint32_t y) {
+    const auto at = [](std::uint32_t i) { return std::abs((i + 0.5) / 201.0 * 2.0 - 1.0) * 0.9; };
+    return std::max(at(x), at(y));
+}
+
+// half: of the shadow's edge, metres; blur: of its rim.
+inline void expectShadow(const Pictures& p, double half, double blur, const std::string& name) {
+    std::size_t dark = 0, bright = 0, wrong = 0;
+    for (std::uint32_t y = 0; y < 201; ++y) {
+        for (std::uint32_t x = 0; x < 201; ++x) {
+            const double distance = fromMiddle(x, y);
+            const float with = color(p.with, x, y).x, without = color(p.without, x, y).x;
+            if (distance < half - blur) {
+                ++dark;
+                wrong += with > 0.0f;
+            } else if (distance > half + blur) {
+                ++bright;
+                wrong += std::abs(with - without) > 1e-3f * without;
+            }
+        }
+    }
+    EXPECT_EQ(wrong, 0u) << name;
+    EXPECT_GT(dark, 1000u) << name;
+    EXPECT_GT(bright, 1000u) << name;
 }
 
 }  // namespace clerestory::test

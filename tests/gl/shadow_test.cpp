@@ -16,13 +16,6 @@ namespace {
 
 class Shadows : public GlTest {};
 
-// Pixels of the wall by their distance from the middle, the greater of both coordinates, in edges
-// of the square. The camera at z = 0.9 sees 0.9 to each side.
-double fromMiddle(std::uint32_t x, std::uint32_t y) {
-    const auto at = [](std::uint32_t i) { return std::abs((i + 0.5) / 201.0 * 2.0 - 1.0) * 0.9; };
-    return std::max(at(x), at(y));
-}
-
 // A rectangle of the box from low to high: the face where axis k is low or high, seen from outside
 // the box, or from inside.
 void addFace(MeshDraft& draft, const glm::vec3& low, const glm::vec3& high, int k, bool isHigh,
@@ -39,27 +32,6 @@ void addFace(MeshDraft& draft, const glm::vec3& low, const glm::vec3& high, int 
     if (isHigh == inwards) {
         std::reverse(draft.indices.end() - 6, draft.indices.end());
     }
-}
-
-// half: of the shadow's edge, metres; blur: of its rim.
-void expectShadow(const Pictures& p, double half, double blur, const std::string& name) {
-    std::size_t dark = 0, bright = 0, wrong = 0;
-    for (std::uint32_t y = 0; y < 201; ++y) {
-        for (std::uint32_t x = 0; x < 201; ++x) {
-            const double distance = fromMiddle(x, y);
-            const float with = color(p.with, x, y).x, without = color(p.without, x, y).x;
-            if (distance < half - blur) {
-                ++dark;
-                wrong += with > 0.0f;
-            } else if (distance > half + blur) {
-                ++bright;
-                wrong += std::abs(with - without) > 1e-3f * without;
-            }
-        }
-    }
-    EXPECT_EQ(wrong, 0u) << name;
-    EXPECT_GT(dark, 1000u) << name;
-    EXPECT_GT(bright, 1000u) << name;
 }
 
 }  // namespace

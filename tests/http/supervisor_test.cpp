@@ -327,7 +327,9 @@ TEST(Supervisor, AnIdleWorkerThatEndsIsReplaced) {
 }
 
 TEST(Supervisor, BackgroundWorkThatEndsWorkersIsLeftOut) {
-    Supervisor supervisor(options("works"));
+    SupervisorOptions patient = options("works");
+    patient.program.silence = 60s;  // a slow start ends no worker
+    Supervisor supervisor(patient);
     EXPECT_TRUE(
         within(60s, [&] { return refusalOf(supervisor, "hello").starts_with("answered"); }));
     awaitBoth(supervisor);

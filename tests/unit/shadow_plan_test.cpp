@@ -28,8 +28,10 @@ struct Lit {
                                 .outerConeAngle = 0.6f});
     }
 
-    FramePlan plan(Preset preset) const {
-        FrameRequest request = lookingFrom({0.0, 0.0, 8.0});
+    FramePlan plan(Preset preset, const glm::dvec3& eye = {0.0, 0.0, 8.0},
+                   std::optional<double> orthographicHeight = std::nullopt) const {
+        FrameRequest request = lookingFrom(eye);
+        request.camera.orthographicHeight = orthographicHeight;
         request.effects = {};
         request.accuracy = accuracyOf(preset);
         const Pose pose = poseAt(scene, 0.0);
@@ -115,7 +117,7 @@ TEST(ShadowPlan, PicturesFillMostOfTheMapAndDoNotOverlap) {
 
 // Half the edge of the sun's picture, metres.
 double reachOfSun(const Lit& lit) {
-    const PlacedLight& sun = lit.plan(Preset::standard).lights.at(0);
+    const PlacedLight sun = lit.plan(Preset::standard).lights.at(0);
     return sun.shadow ? 1.0 / sun.shadow->view.clipFromView[0][0] : 0.0;
 }
 
@@ -166,6 +168,48 @@ TEST(ShadowPlan, GroundsTakeNothingOfThePicture) {
     Lit lit = underSun(slanted);
     lying(lit, addBallMesh(lit.scene, "hill", addMaterial(lit.scene, {})), -21.0, 100.0, 20.0);
     EXPECT_GT(reachOfSun(lit), 90.0);
+}
+
+// A sun over boxes of 2 m about the origin and one 800 m away.
+Lit largeUnderSun() {
+    Lit lit = underSun({0.0, 3.0, 1.0});
+    place(lit.scene, lit.scene.instances.front().mesh, {800.0, 0.0, 0.0});
+    return lit;
+}
+
+std::size_t nearerOf(const FramePlan& plan) {
+    return plan.lights.at(0).shadow->nearer.size();
+}
+
+// Where texels are much larger than pixels there are nearer pictures, each with smaller texels than
+// the one before, in places of their own and in a map of the same size for all observers.
+TEST(ShadowPlan, SunsHaveNearerPicturesOfWhatIsNear) {
+    const Lit lit = largeUnderSun();
+    std::vector<std::uint32_t> widths;
+    for (const double z : {1.5, 2.5, 4.0}) {
+        const FramePlan plan = lit.plan(Preset::standard, {0.0, 0.0, z});
+        const LightShadow& shadow = *plan.lights.at(0).shadow;
+        ASSERT_GE(shadow.nearer.size(), 1u) << z;
+        ASSERT_LE(shadow.nearer.size(), kMaxNearShadows);
+        const TargetSpec& map = plan.targets.at(plan.shadowMap);
+        EXPECT_NE(map.partKey, 0u);
+        widths.push_back(map.width);
+        double texel = texelOf(shadow.view, shadow.tile);
+        std::vector<TargetRect> areas{shadow.tile};
+        for (const NearShadow& picture : shadow.nearer) {
+            EXPECT_LT(texelOf(picture.view, picture.tile), 0.5 * texel) << z;
+            texel = texelOf(picture.view, picture.tile);
+            for (const TargetRect& other : areas) EXPECT_FALSE(overlap(picture.tile, other));
+            areas.push_back(picture.tile);
+            EXPECT_LE(picture.tile.x + picture.tile.width, map.width);
+            EXPECT_LE(picture.tile.y + picture.tile.height, map.height);
+        }
+    }
+    EXPECT_EQ(widths, std::vector(3, widths.front()));
+    // The scene is as wide as the picture, there is no distance in it, or it is not large.
+    EXPECT_EQ(nearerOf(lit.plan(Preset::standard, {0.0, 0.0, 600.0})), 0u);
+    EXPECT_EQ(nearerOf(lit.plan(Preset::standard, {0.0, 0.0, 1.5}, 4.0)), 0u);
+    EXPECT_EQ(nearerOf(underSun({0.0, 3.0, 1.0}).plan(Preset::standard)), 0u);
 }
 
 }  // namespace

@@ -67,6 +67,7 @@ std::optional<TargetId> drawCube(ViewContext& context, const CapturePoint& point
     std::array<View, 6> faces = cubeFaceViews(point.center, point.znear,
                                               glm::transpose(context.stage.settings.mapFromWorld));
     for (std::uint32_t face = 0; face < 6; ++face) {
+        faces[face].lasting = true;
         if (point.zfar) faces[face] = withFar(faces[face], *point.zfar);
         planView(context, {.purpose = DrawScene::Purpose::capture,
                            .subject = point.subject,

@@ -206,20 +206,30 @@ FittedBox boxTowards(const Stage& stage, const Casters& casters, const glm::dvec
     return without.box.diagonal() < kMuchSmaller * with.box.diagonal() ? without : with;
 }
 
-// From a direction: the casters fill the picture but for a margin, and depth reaches over the whole
-// scene.
+glm::dvec3 cornerOf(const Bounds& box, int corner) {
+    return {(corner & 1) ? box.max.x : box.min.x, (corner & 2) ? box.max.y : box.min.y,
+            (corner & 4) ? box.max.z : box.min.z};
+}
+
+// From a direction: the casters fill the picture but for a margin, and depth reaches from the first
+// of them to the last of what they may shade.
 View sunView(const Stage& stage, const Bounds& casters, const glm::dvec3& toLight, double margin) {
     const glm::dvec3 middle(casters.center());
-    const double reach = 2.0 * double(lastingBounds(stage.scene, stage.pose).diagonal()) + 1e-9;
-    const glm::dvec3 eye = middle + toLight * reach;
+    const Bounds all = lastingBounds(stage.scene, stage.pose);
+    double top = 0.0, bottom = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const double height = glm::dot(toLight, cornerOf(casters, corner) - middle);
+        top = std::max(top, height);
+        bottom = std::min({bottom, height, glm::dot(toLight, cornerOf(all, corner) - middle)});
+    }
+    const double pad = 0.01 * (top - bottom) + 1e-9;
+    const glm::dvec3 eye = middle + toLight * (top + pad);
     const glm::dmat4 worldFromView = worldFromLookAt(
-        eye, middle, std::abs(toLight.y) > 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0));
+        eye, eye - toLight, std::abs(toLight.y) > 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0));
     const glm::dmat3 axes(worldFromView);
     glm::dvec2 half(1e-9);
     for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 p((corner & 1) ? casters.max.x : casters.min.x,
-                           (corner & 2) ? casters.max.y : casters.min.y,
-                           (corner & 4) ? casters.max.z : casters.min.z);
+        const glm::dvec3 p = cornerOf(casters, corner);
         half.x = std::max(half.x, std::abs(glm::dot(axes[0], p - middle)));
         half.y = std::max(half.y, std::abs(glm::dot(axes[1], p - middle)));
     }
@@ -227,7 +237,7 @@ View sunView(const Stage& stage, const Bounds& casters, const glm::dvec3& toLigh
     view.viewFromWorld = glm::dmat4(glm::transpose(axes));
     view.viewFromWorld[3] = glm::dvec4(-(glm::transpose(axes) * eye), 1.0);
     half = 1.01 * half + margin;
-    view.clipFromView = orthographic(half.x, half.y, 0.0, 2.0 * reach);
+    view.clipFromView = orthographic(half.x, half.y, 0.0, top - bottom + 2.0 * pad);
     view.eye = eye;
     view.orthographic = true;
     view.znear = 0.0;

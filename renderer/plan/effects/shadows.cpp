@@ -1,6 +1,7 @@
 #include "plan/effects/shadows.h"
 
 #include "plan/cost/cost.h"
+#include "plan/effects/near_shadows.h"
 #include "plan/effects/shadow_pictures.h"
 #include "plan/graph/features.h"
 #include "plan/visibility/culling.h"
@@ -106,9 +107,11 @@ std::vector<Draw> drawsFrom(const Stage& stage, const View& view, const Shown& s
 
 // Of everything that the map shows, and of nothing else: what moves elsewhere does not change it.
 std::uint64_t keyOf(std::string_view name, const Stage& stage, const std::vector<Shadow>& shadows,
-                    const Shown& shown) {
+                    const MapSize& size, const Shown& shown) {
     PlanHash hash;
     hash.add(name);
+    hash.add(size.width);
+    hash.add(size.height);
     hash.add(stage.scene.contentHash);
     hash.add(stage.scene.indices.size());  // refined meshes (light/refinement.h) round differently
     for (const Surface& surface : stage.surfaces) {
@@ -190,6 +193,10 @@ bool anyLightMoves(const Scene& scene) {
     });
 }
 
+Shown allCasters(const Stage& stage) {
+    return {[&](const Surface& s) { return casts(stage, s); }, featuresOfCaster};
+}
+
 // Adds a map of its own for what is shown. Its passes are left out if it is resident.
 TargetId addDepths(const FrameContext& context, const Stage& stage, PlanBuilder& builder,
                    const std::vector<Shadow>& shadows, const TargetSpec& map, const Shown& shown) {
@@ -203,11 +210,13 @@ TargetId addDepths(const FrameContext& context, const Stage& stage, PlanBuilder&
 }
 
 // If some casters change and others do not, the latter have a map of their own, which lasts.
+// ofWhole: the part of the map without nearer pictures.
 TargetId addShadowMap(const FrameContext& context, const Stage& stage, PlanBuilder& builder,
                       const std::vector<Shadow>& shadows, const MapSize& size,
-                      const Casters& casters) {
-    const Shown all{[&](const Surface& s) { return casts(stage, s); }, featuresOfCaster};
-    const TargetSpec whole = mapSpec("shadows", size, keyOf("shadows", stage, shadows, all));
+                      const MapSize& ofWhole, const Casters& casters) {
+    const Shown all = allCasters(stage);
+    TargetSpec whole = mapSpec("shadows", size, keyOf("shadows", stage, shadows, size, all));
+    whole.replaceable = casters.anyChange() || anyLightMoves(stage.scene);
     const bool separate =
         casters.mixed() && !anyLightMoves(stage.scene) &&
         std::all_of(shadows.begin(), shadows.end(), [](const Shadow& s) { return s.lasts; });
@@ -220,10 +229,51 @@ TargetId addShadowMap(const FrameContext& context, const Stage& stage, PlanBuild
                          featuresOfCaster};
     const TargetId base = addDepths(
         context, stage, builder, shadows,
-        mapSpec("stillShadows", size, keyOf("stillShadows", stage, shadows, still)), still);
+        mapSpec("stillShadows", ofWhole, keyOf("stillShadows", stage, shadows, ofWhole, still)),
+        still);
     const TargetId map = builder.addTarget(whole);
     addDepthPasses(stage, builder, shadows, map, whole.name, changing, base);
     return map;
+}
+
+std::uint64_t keyOfNearer(const TargetSpec& map, const std::vector<Shadow>& shadows,
+                          const std::vector<PlacedLight>& lights) {
+    PlanHash hash;
+    hash.add(std::string_view("nearer shadows"));
+    hash.add(map.residentKey);
+    for (const Shadow& shadow : shadows) {
+        for (const NearShadow& picture : lights[shadow.light].shadow->nearer) {
+            hash.add(picture.tile.x);
+            hash.add(picture.tile.y);
+            hash.add(picture.view.clipFromView);
+        }
+    }
+    return hash.value();
+}
+
+// Draws the nearer pictures into the shadow map of the plan, in which the others may be resident.
+void addNearer(FramePlan& plan, const FrameContext& context, const Stage& stage,
+               PlanBuilder& builder, const std::vector<Shadow>& shadows) {
+    TargetSpec& map = plan.targets[plan.shadowMap];
+    map.partKey = keyOfNearer(map, shadows, plan.lights);
+    const bool resident = context.resident.keys.contains(map.residentKey);
+    if (resident && context.resident.keys.contains(map.partKey)) return;
+    for (const Shadow& shadow : shadows) {
+        const LightShadow& placed = *plan.lights[shadow.light].shadow;
+        for (const NearShadow& picture : placed.nearer) {
+            char reason[96];
+            std::snprintf(reason, sizeof reason, "texels of %.2g m; those of the whole have %.2g m",
+                          texelOf(picture.view, picture.tile), texelOf(placed.view, placed.tile));
+            builder.addPass(
+                {.name = "nearShadows:light" + std::to_string(shadow.light),
+                 .subject = Subject{Subject::Kind::lights},
+                 .effect = Effect::shadows,
+                 .target = plan.shadowMap,
+                 .reason = reason,
+                 .work = DrawShadow{picture.view, picture.tile,
+                                    drawsFrom(stage, picture.view, allCasters(stage))}});
+        }
+    }
 }
 
 // Of glass and blended surfaces; kNoTarget if there are none.
@@ -237,7 +287,7 @@ TargetId addTints(const FrameContext& context, const Stage& stage, PlanBuilder& 
                           .format = Format::rgba16f,
                           .width = edgeOfMap(size.width) / 2,
                           .height = edgeOfMap(size.height) / 2,
-                          .residentKey = keyOf("shadow tints", stage, shadows, shown)};
+                          .residentKey = keyOf("shadow tints", stage, shadows, size, shown)};
     const TargetId target = builder.addTarget(spec);
     if (context.resident.keys.contains(spec.residentKey)) return target;
     const PictureTarget map{.id = target,
@@ -359,7 +409,7 @@ std::vector<ShadowedLight> worthAShadow(const FrameContext& context, const Stage
 }  // namespace
 
 void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& context,
-                 const Stage& stage, double pixels) {
+                 const Stage& stage, const Observer& observer, double pixels) {
     const Subject subject{Subject::Kind::lights};
     if (!stage.settings.effects.shadows) return;
     std::vector<std::size_t> order(stage.lights.size());
@@ -406,10 +456,15 @@ void planShadows(FramePlan& plan, PlanBuilder& builder, const FrameContext& cont
     }
     for (const Shadow& shadow : shadows) {
         PlacedLight& light = plan.lights[shadow.light];
-        light.shadow = LightShadow{shadow.kind, shadow.first, shadow.views.front()};
+        light.shadow = LightShadow{shadow.kind, shadow.first, shadow.views.front(), {}};
         if (light.radius > 0.0f) plan.shadowSamples = samplesOf(stage.settings.accuracy.preset);
     }
-    plan.shadowMap = addShadowMap(context, stage, builder, shadows, *size, casters);
+    const std::optional<MapSize> withNearer =
+        placeNearer(stage, shadows, *size, observer, plan.lights);
+    plan.shadowMap =
+        addShadowMap(context, stage, builder, shadows, withNearer.value_or(*size), *size, casters);
+    plan.wholeShadows = {0, 0, edgeOfMap(size->width), edgeOfMap(size->height)};
+    if (withNearer) addNearer(plan, context, stage, builder, shadows);
     plan.shadowTints = addTints(context, stage, builder, shadows, *size);
 }
 

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace clerestory {
 
@@ -22,6 +23,7 @@ struct View {
     glm::dvec3 eye{0.0};  // world
     bool orthographic = false;
     bool mirrored = false;  // left-handed: front faces are clockwise
+    bool lasting = false;   // its picture outlives the frame: nothing in it follows the camera
     double znear = 0.1;
     // Only points p with dot(xyz, p) + w >= 0 are drawn; p is relative to the eye, in world axes.
     std::optional<glm::dvec4> clipPlane;
@@ -40,14 +42,29 @@ struct OwnBackground {
     bool operator==(const OwnBackground&) const = default;
 };
 
+// A picture of a part of what a directional light reaches, with smaller texels. Its view differs
+// from that of the whole in the rectangle that it shows.
+struct NearShadow {
+    TargetRect tile;
+    View view;
+    bool operator==(const NearShadow&) const = default;
+};
+inline constexpr std::size_t kMaxNearShadows = 3;
+// The extent of a texel: of a picture from a point, at a metre.
+inline double texelOf(const View& picture, const TargetRect& tile) {
+    const double extent = 2.0 / picture.clipFromView[0][0] / tile.width;
+    return std::max(extent, 2.0 / picture.clipFromView[1][1] / tile.height);
+}
+
 // Where the shadows of a light are in the shadow map of the plan.
 struct LightShadow {
     // One picture of all that the light reaches, or the six faces of a cube about it, in the order
     // of cubeFaceViews() and with the axes of the environment map, three in a row.
     enum class Kind : std::uint32_t { one, six };
     Kind kind = Kind::one;
-    TargetRect tile;  // of the (first) picture
-    View view;        // of the (first) picture
+    TargetRect tile;                 // of the (first) picture
+    View view;                       // of the (first) picture
+    std::vector<NearShadow> nearer;  // the finest last, at most kMaxNearShadows
     bool operator==(const LightShadow&) const = default;
 };
 

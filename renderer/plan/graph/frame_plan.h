@@ -61,7 +61,8 @@ struct FramePlan {
     bool emitters = false;               // that light has what emissive surfaces add to highlights
     std::optional<LightProgress> light;  // Effects::indirectLight
     TargetId shadowMap = kNoTarget;      // that every pass with lit surfaces reads; see LightShadow
-    TargetId shadowTints = kNoTarget;    // half as large, if something lets light through
+    TargetRect wholeShadows;             // of it, without nearer pictures
+    TargetId shadowTints = kNoTarget;    // half as large as that, if something lets light through
     std::uint32_t shadowSamples = 0;  // of the disc of a light that has a radius; 0: none has one
     bool transparent = false;         // the output has an alpha channel
     bool fewPrograms = false;         // DeviceLimits::fewPrograms

@@ -5,8 +5,8 @@ namespace {
 
 // Hashes everything except the name and the identity of the content.
 void addTarget(PlanHash& hash, const TargetSpec& target) {
-    const auto& [name, kind, format, storage, width, height, levels, depth, scratch, residentKey,
-                 inputsHash] = target;
+    const auto& [name, kind, format, storage, width, height, levels, depth, scratch, replaceable,
+                 residentKey, partKey, inputsHash] = target;
     hash.add(kind);
     hash.add(format);
     hash.add(storage);

@@ -12,12 +12,14 @@ namespace {
 // ---- hashes: each function binds all members, so that none can be forgotten ------------------
 
 void addView(PlanHash& hash, const View& view) {
-    const auto& [viewFromWorld, clipFromView, eye, orthographic, mirrored, znear, clipPlane] = view;
+    const auto& [viewFromWorld, clipFromView, eye, orthographic, mirrored, lasting, znear,
+                 clipPlane] = view;
     hash.add(viewFromWorld);
     hash.add(clipFromView);
     hash.add(eye);
     hash.add(orthographic);
     hash.add(mirrored);
+    hash.add(lasting);
     hash.add(znear);
     hash.add(clipPlane.value_or(glm::dvec4(0.0)));
 }

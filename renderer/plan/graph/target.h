@@ -29,7 +29,12 @@ struct TargetSpec {
     bool depth = false;
     // A pass uses the part of it that it writes itself, so that any target is right that holds it.
     bool scratch = false;
+    // One of another key may take its place: what it shows changes from frame to frame.
+    bool replaceable = false;
     std::uint64_t residentKey = 0;  // not 0: the content outlives the frame and has this key
+    // Not 0: a part of it follows the requested view and has this key. Passes redraw it in the
+    // same target.
+    std::uint64_t partKey = 0;
     // Hash of everything from which the planner derives residentKey: if it is equal, so is the key,
     // and the passes need not be planned to find it. 0: none.
     std::uint64_t inputsHash = 0;

@@ -30,6 +30,10 @@ std::uint32_t viewBits(const FramePlan& plan, const View& view, bool coverage, b
     if (surfaceLight && plan.emitters) bits |= VIEW_EMITTERS;
     if (hasRoundLight(lights)) bits |= VIEW_ROUND_LIGHTS;
     if (plan.shadowMap != kNoTarget) bits |= VIEW_SHADOWS | kindOfShadows(plan);
+    const bool nearer = std::any_of(lights.begin(), lights.end(), [](const PlacedLight& light) {
+        return light.shadow && !light.shadow->nearer.empty();
+    });
+    if (nearer) bits |= VIEW_SHADOWS_NEAR;
     if (plan.shadowSamples > 0) bits |= VIEW_SHADOWS_SOFT;
     if (plan.shadowTints != kNoTarget) bits |= VIEW_SHADOWS_TINTED;
     if (lights.size() == 1 && lights.front().kind == LightKind::directional) {
