@@ -19,7 +19,7 @@ constexpr double kLeastGain = 2.0;
 // From one picture to the next; beyond it there is another one between them.
 constexpr double kLargestStep = 7.0;
 // Of the whole to the finest; depth has no more precision.
-constexpr double kMostGain = 512.0;
+constexpr double kMaxGain = 512.0;
 
 double extentOf(const View& picture) {
     return 2.0 / std::min(picture.clipFromView[0][0], picture.clipFromView[1][1]);
@@ -102,7 +102,7 @@ std::vector<View> nearViews(const Stage& stage, const Shadow& whole, const Obser
         distance = std::min(distance, nearestSurfaces(stage, view, farthest));
     }
     if (distance >= farthest) return {};
-    const double gain = std::min(coarsest / wantedAt(distance), kMostGain);
+    const double gain = std::min(coarsest / wantedAt(distance), kMaxGain);
     const double steps = std::clamp(std::ceil(std::log(gain) / std::log(kLargestStep)), 1.0,
                                     double(kMaxNearShadows));
     // Most of what a single view shows is before the eye.
