@@ -17,8 +17,8 @@ glm::vec4 row(const glm::dmat3& m, int i, double w) {
 // As kMinConeWidth of optics.glsl.
 constexpr float kMinSpotConeWidth = 1e-3f;
 
-// As shadowAt() in shadow.glsl reads it. Rows of nearer pictures that there are not are 0: no place
-// is in one.
+// As shadowAt() in shadow.glsl reads it. The rows of absent nearer pictures are 0, which contain no
+// place.
 void appendShadow(std::vector<glm::vec4>& rows, const PlacedLight& light, const View& seen,
                   const glm::dmat3& axesFromWorld) {
     const std::size_t first = rows.size();
@@ -28,12 +28,9 @@ void appendShadow(std::vector<glm::vec4>& rows, const PlacedLight& light, const 
     if (!light.shadow) return;
     const auto& [kind, tile, view, nearer] = *light.shadow;
     const bool six = kind == LightShadow::Kind::six;
-    // Extent of a texel: of the picture at a metre, or everywhere.
+    const float pictures = six ? 3.0f : (nearer.empty() ? 1.0f : 2.0f);
     const auto texel = static_cast<float>(texelOf(view, tile));
-    rows[first] = {six              ? 3.0f
-                   : nearer.empty() ? 1.0f
-                                    : 2.0f,
-                   view.orthographic ? 0.0f : texel, view.orthographic ? texel : 0.0f,
+    rows[first] = {pictures, view.orthographic ? 0.0f : texel, view.orthographic ? texel : 0.0f,
                    static_cast<float>(view.znear)};
     rows[first + 6].y =
         view.orthographic ? static_cast<float>(1.0 / view.clipFromView[2][2]) : 0.0f;

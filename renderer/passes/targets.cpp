@@ -119,7 +119,7 @@ void Target::makeTextures() {
     }
 }
 
-bool Target::replace(const TargetSpec& other) {
+bool Target::takeKeys(const TargetSpec& other) {
     TargetSpec renamed = spec_;
     renamed.residentKey = other.residentKey;
     renamed.partKey = other.partKey;
@@ -187,7 +187,7 @@ Target& TargetPool::acquire(const TargetSpec& spec, const Scene& scene) {
                               : !entry.taken && matches(entry.target->spec(), spec);
         if (!same) continue;
         if (spec.partKey != 0 && spec.partKey != entry.target->spec().partKey) {
-            entry.target->replace(spec);
+            entry.target->takeKeys(spec);
             entry.partResident = false;
         }
         entry.taken = true;
@@ -198,7 +198,7 @@ Target& TargetPool::acquire(const TargetSpec& spec, const Scene& scene) {
     }
     if (spec.replaceable) {
         for (Entry& entry : entries_) {
-            if (entry.taken || !entry.target->replace(spec)) continue;
+            if (entry.taken || !entry.target->takeKeys(spec)) continue;
             entry = {.target = std::move(entry.target),
                      .taken = true,
                      .inputsHash = spec.inputsHash,

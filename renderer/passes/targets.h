@@ -24,8 +24,8 @@ public:
     const TargetSpec& spec() const { return spec_; }
     display::Picture& picture() const { return *picture_; }
     const gl::Texture& texture() const { return *color_; }
-    // Becomes another target that differs in its keys only. Returns whether it can.
-    bool replace(const TargetSpec& other);
+    // Takes the keys of another target. Returns false if they differ in more than these.
+    bool takeKeys(const TargetSpec& other);
     // For drawing: level 0 (of a cube, of one face).
     const gl::Framebuffer& drawn(std::uint32_t face = 0) const { return drawn_[face]; }
     const gl::Framebuffer& face(std::uint32_t level, std::uint32_t face) const {

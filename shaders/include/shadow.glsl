@@ -199,7 +199,8 @@ const float kBehindGlass = 0.998f, kBehindGlassOfSun = 6e-4f;
 // times the texels by which it is moved; source: position of the light, or its direction; first: the light's rows in
 // the table.
 vec3 shadowAt(vec3 position, vec3 offset, vec3 source, vec3 toLight, float metres, int first) {
-    vec4 about = texelFetch(lightTable, first + 3);  // kind, texel: slope and metres, near
+    // Pictures (0: none, 1: one, 2: nearer ones too, 3: six), texel: slope and metres, near.
+    vec4 about = texelFetch(lightTable, first + 3);
     vec4 tile = texelFetch(lightTable, first + 4);  // corner and edge, texels; a texel of the edge
     bool six = hasSixPictures(about);
     NearPicture picture;
