@@ -142,10 +142,14 @@ Surface surfaceOf(IN(MaterialPoint) m, vec3 toEye, float leastCosine) {
 
 // For a light with a radius. metres: to it; 0: it has a direction.
 Surface facingDisc(IN(Surface) s, float metres, int first) {
-    if (!viewHas(VIEW_ROUND_LIGHTS)) return s;
     float radius = texelFetch(lightTable, first + 9).x;
     float slope = 0.5f * radius / (metres > 0.0f ? max(metres, radius) : 1.0f);
     return facingCone(s, slope * slope);
+}
+// evalDirectLight() for a light that may have a radius.
+vec3 lightOfDisc(IN(Surface) s, vec3 toLight, float metres, float nDotL, int first) {
+    if (viewHas(VIEW_ROUND_LIGHTS)) return evalDirectLight(facingDisc(s, metres, first), toLight, nDotL);
+    return evalDirectLight(s, toLight, nDotL);
 }
 
 #if SCATTERS_LIGHTS
@@ -175,7 +179,7 @@ vec3 sunLight(IN(Surface) s, vec3 position, int first) {
 #if SCATTERS_LIGHTS
     if (s.inner) power *= lightBeforeFarWall(position, toLight, 0.0f);
 #endif
-    return power * evalDirectLight(facingDisc(s, 0.0f, first), toLight, nDotL);
+    return power * lightOfDisc(s, toLight, 0.0f, nDotL, first);
 }
 
 // The unoccluded irradiance by a punctual light at a surface.
@@ -224,11 +228,12 @@ vec3 punctualLight(IN(Surface) s, vec3 position, int first, bool limited) {
         }
         if (!viewHas(VIEW_SHADOWS) || maxComponent(light) > 0.0f) {
 #if SCATTERS_LIGHTS
-            sum = light * evalDirectLight(beforeLight(facingDisc(s, arriving.metres, first), arriving.metres),
+            if (s.bends) {
+                sum = light * evalDirectLight(beforeLight(facingDisc(s, arriving.metres, first), arriving.metres),
                                           arriving.toLight, arriving.nDotL);
-#else
-            sum = light * evalDirectLight(facingDisc(s, arriving.metres, first), arriving.toLight, arriving.nDotL);
+            } else
 #endif
+            sum = light * lightOfDisc(s, arriving.toLight, arriving.metres, arriving.nDotL, first);
         }
     }
     return sum;
