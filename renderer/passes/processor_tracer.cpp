@@ -203,7 +203,7 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
     const std::uint32_t lobePaths = list == 0 ? rays_.lobePaths : rays_.glassLobePaths;
     return rays::follow(*surroundings_,
                         {stride_, std::min(stride_, rays_.finest), rays_.contrast,
-                         rays_.contrastBetween, integrated_ ? 1 : lobePaths},
+                         rays_.contrastNextTo, rays_.contrastBetween, integrated_ ? 1 : lobePaths},
                         {.kind = list == 0 ? rays::Ray::mirrored : rays::Ray::transmitted,
                          .width = rect_.width,
                          .starts = starts_,

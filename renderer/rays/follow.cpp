@@ -63,12 +63,30 @@ struct Paths {
         const glm::vec3 apart = middle / static_cast<float>(neighbours.count) - ray.start;
         const float reach = reachOf(step, ray);
         if (glm::dot(apart, apart) > reach * reach) return false;
+        if (records.kind == Ray::mirrored && !isBetween(ray.along, neighbours)) return false;
         // The environment between them may differ from theirs, and costs no path.
         if (paths[neighbours.at[0]].open()) {
             path = tracer.open(ray, records.kind);
             return true;
         }
-        return isMean(range, neighbours, density.contrast, ray, before, path);
+        const float contrast = step > 1 ? density.contrast : density.contrastNextTo;
+        return isMean(range, neighbours, contrast, ray, before, path);
+    }
+
+    // Whether a direction is about the mean of the neighbours' directions. In a groove or at an
+    // edge that is thinner than a step it is not, and meets other things.
+    bool isBetween(const glm::vec3& along, const Neighbours& neighbours) const {
+        std::array<glm::vec3, 4> directions;
+        glm::vec3 mean(0.0f);
+        for (std::size_t k = 0; k < neighbours.count; ++k) {
+            directions[k] = directionOf(records.ways[neighbours.at[k]]);
+            mean += directions[k] / static_cast<float>(neighbours.count);
+        }
+        float spread = 0.0f;
+        for (std::size_t k = 0; k < neighbours.count; ++k) {
+            spread = std::max(spread, glm::distance(directions[k], mean));
+        }
+        return glm::distance(along, mean) <= 0.5f * spread + kBent;
     }
 
     // The same whatever the neighbours meet, if all of them start near this ray in similar
@@ -119,6 +137,7 @@ struct Paths {
     }
     static constexpr float kSlant = 4.0f;  // pixels of a surface seen at a slant are farther apart
     static constexpr float kTurned = 0.15f;  // radians between rays of similar directions
+    static constexpr float kBent = 0.03f;    // radians by which a mean direction may be wrong
 
     // Whether the path is known from neighbours; sets `path` to it.
     bool known(std::uint32_t x, std::uint32_t y, std::uint32_t step, const RecordedRay& ray,

@@ -20,7 +20,8 @@ namespace clerestory::rays {
 
 // One pixel in each block of `stride` x `stride` has its own path. The others take the mean of
 // neighbours whose paths hit the same surfaces and have nearly the same radiance, or read the
-// environment between neighbours whose rays leave the scene at once, or have a path of their own.
+// environment between neighbours whose rays leave the scene at once. A mirrored ray must also lie
+// between those of the neighbours. Else they have a path of their own.
 struct Density {
     std::uint32_t stride = 1;  // power of two; 1: every pixel follows its ray
     // Power of two, at most `stride`. Pixels between those of every `finest`-th column and row take
@@ -28,8 +29,8 @@ struct Density {
     // on the same surface in similar directions.
     std::uint32_t finest = 1;
     // Largest difference of neighbours' radiance times its share, relative to the light of the
-    // pixel.
-    float contrast = 0.0f;
+    // pixel: where they are more than one pixel away, and next to it.
+    float contrast = 0.0f, contrastNextTo = 0.0f;
     float contrastBetween = 0.0f;  // the same for pixels between those of `finest`
     // Paths of a rough lobe, 1..16. Above 1 a rough pixel also takes the mean of its neighbours
     // whose lobes show nearly the same part of the scene.

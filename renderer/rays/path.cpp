@@ -63,13 +63,17 @@ shader::Scene sceneOf(const Surroundings& s) {
 
 }  // namespace
 
+glm::vec3 directionOf(const Way& way) {
+    const vec3 along = shader::directionOf(way);
+    return {along.x, along.y, along.z};
+}
+
 RecordedRay rayOf(const Start& start, const Way& way) {
     const shader::vec2 cone = shader::halves(start.cone);
     const shader::vec2 redGreen = shader::halves(way.shareRedGreen),
                        blueLobe = shader::halves(way.shareBlueLobe);
-    const vec3 along = shader::directionOf(way);
     return {.start = {start.position[0], start.position[1], start.position[2]},
-            .along = {along.x, along.y, along.z},
+            .along = directionOf(way),
             .share = {redGreen.x, redGreen.y, blueLobe.x},
             .width = shader::exp2(cone.y),
             .pixel = cone.x,

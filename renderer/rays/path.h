@@ -23,8 +23,9 @@ namespace clerestory::rays {
 
 inline constexpr float kNoLimit = 1e30f;  // metres
 
-// A record, decoded.
+// A record, decoded, and its direction alone.
 RecordedRay rayOf(const Start& start, const Way& way);
+glm::vec3 directionOf(const Way& way);
 
 struct Path {
     float radiance[3];       // mean of the paths of a lobe

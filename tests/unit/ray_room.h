@@ -34,6 +34,13 @@ public:
         triangles_.push_back({a, 0.0f, b, 0.0f, c, 0.0f});
         tree_.setStill(triangles_);
     }
+    // Greys at the corners of each triangle, times the material's colour.
+    void colorCorners(float a, float b, float c) {
+        vertices_[0].color = glm::vec4(glm::vec3(a), 1.0f);
+        vertices_[1].color = glm::vec4(glm::vec3(b), 1.0f);
+        vertices_[2].color = glm::vec4(glm::vec3(c), 1.0f);
+        features_ |= kVertexColor;
+    }
     // As in passes/ray_tables.h.
     glm::vec4& materialRow(int row) { return materials_[static_cast<std::size_t>(row)]; }
 
@@ -52,11 +59,13 @@ public:
                 .brdfSize = 8,
                 .eye = eye,
                 .bounces = 2,
-                .hitFeatures = kUnlit};
+                .hitFeatures = features_};
     }
 
 private:
-    static constexpr std::uint32_t kUnlit = 1u << 12;  // FEATURE_UNLIT
+    static constexpr std::uint32_t kUnlit = 1u << 12;       // FEATURE_UNLIT
+    static constexpr std::uint32_t kVertexColor = 1u << 6;  // FEATURE_VERTEX_COLOR
+    std::uint32_t features_ = kUnlit;
     CubeMap map_;
     TriangleTree tree_;
     std::vector<BvhTriangle> triangles_;

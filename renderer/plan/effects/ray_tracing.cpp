@@ -23,18 +23,18 @@ RayScene::MaterialProperties propertiesOf(const Scene& scene, const Material& ma
 struct RayDensity {
     float leastShare;
     std::uint32_t stride, finest;
-    float contrast, contrastBetween;
+    float contrast, contrastNextTo, contrastBetween;
 };
 RayDensity densityOf(Preset preset) {
     switch (preset) {
         case Preset::draft:
-            return {0.01f, 4, 2, 0.1f, 0.8f};
+            return {0.01f, 4, 2, 0.1f, 0.1f, 0.8f};
         case Preset::standard:
-            return {0.004f, 4, 1, 0.03f, 0.0f};
+            return {0.004f, 4, 1, 0.03f, 0.1f, 0.0f};
         case Preset::fine:
-            return {0.001f, 1, 1, 0.0f, 0.0f};
+            return {0.001f, 1, 1, 0.0f, 0.0f, 0.0f};
     }
-    return {0.001f, 1, 1, 0.0f, 0.0f};
+    return {0.001f, 1, 1, 0.0f, 0.0f, 0.0f};
 }
 
 // Relative to the instance's node, so that distance from the origin costs no precision.
@@ -233,6 +233,7 @@ void planRays(FramePlan& plan, const FrameContext& context, const Stage& stage) 
     rays.stride = density.stride;
     rays.finest = density.finest;
     rays.contrast = density.contrast;
+    rays.contrastNextTo = density.contrastNextTo;
     rays.contrastBetween = density.contrastBetween;
     rays.lobePaths = stage.settings.accuracy.raySamples;
     rays.glassLobePaths = stage.settings.accuracy.glassRaySamples;

@@ -31,7 +31,7 @@ struct RayScene {
     // One pixel in stride x stride follows a ray of its own; see rays::Density. Processor only.
     std::uint32_t stride = 1;
     std::uint32_t finest = 1;
-    float contrast = 0.0f, contrastBetween = 0.0f;
+    float contrast = 0.0f, contrastNextTo = 0.0f, contrastBetween = 0.0f;
     // Of a rough lobe, mirrored and through glass; see rays::Density. Processor only.
     std::uint32_t lobePaths = 1, glassLobePaths = 1;
     // What hides lights from what a ray meets is found by rays, not in the shadow map. Processor
