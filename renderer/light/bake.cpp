@@ -23,6 +23,10 @@ std::function<double(const glm::dvec3&)> distanceNearBodies(const EdgeLengths& e
     return [&edges](const glm::dvec3& world) { return kPerEdge * edges.at(world); };
 }
 
+float hiddenShare(const RaySums& s) {
+    return std::max(1.0f - s.visible / std::max(s.count, 1.0f), 0.0f);
+}
+
 }  // namespace
 
 struct Bake::State {
@@ -46,6 +50,7 @@ struct Bake::State {
     }
     float partOfNearby(const RaySums& s) const;
     glm::vec3 nearbyFrom(const RaySums& s) const;
+    glm::vec3 nearbyOnBothSides(std::uint32_t place) const;
     EmittersAtVertex emittersOf(std::uint32_t place) const;
     LightAtVertex lightOf(std::uint32_t place) const;
     LightAtVertex unhidden() const {
@@ -132,25 +137,34 @@ EmittersAtVertex Bake::State::emittersOf(std::uint32_t place) const {
     return brighter;
 }
 
+// As ofBothSides() takes it: the mean over both sides, of which the brighter one does not outweigh
+// the other.
+glm::vec3 Bake::State::nearbyOnBothSides(std::uint32_t place) const {
+    const float brightness[2] = {luminance(irradianceOf(sums[0][place])),
+                                 luminance(irradianceOf(sums[1][place]))};
+    const float least = 1e-3f * std::max(brightness[0], brightness[1]);
+    glm::vec3 nearby(0.0f);
+    float hidden = 0.0f;
+    for (int side = 0; side < 2; ++side) {
+        const RaySums& s = sums[side][place];
+        const float weight = 1.0f / std::max(brightness[side] + least, 1e-20f);
+        nearby += weight * nearbyFrom(s);
+        hidden += weight * brightness[side] * hiddenShare(s);
+    }
+    return hidden > 0.0f ? nearby / hidden : glm::vec3(0.0f);
+}
+
 LightAtVertex Bake::State::lightOf(std::uint32_t place) const {
     const Receiver& sample = pointOf(place);
     const RaySums& front = sums[0][place];
     const RaySums& back = sums[1][place];
-    // The weights are for two sides: the inside of a body is dark, and it is not seen.
-    glm::vec3 nearby(0.0f);
-    float hidden = 0.0f;
-    for (int side = 0; side < (sample.twoSided ? 2 : 1); ++side) {
-        const RaySums& s = sums[side][place];
-        const float weight = luminance(irradianceOf(s));
-        nearby += weight * nearbyFrom(s);
-        hidden += weight * std::max(1.0f - s.visible / std::max(s.count, 1.0f), 0.0f);
-    }
-    nearby = hidden > 0.0f ? nearby / hidden : glm::vec3(0.0f);
     if (sample.twoSided) {
         return ofBothSides({irradianceOf(front), front.visibleFrom(sample.normal)},
                            {irradianceOf(back), back.visibleFrom(sample.normal)}, sample.normal,
-                           nearby);
+                           nearbyOnBothSides(place));
     }
+    const float hidden = hiddenShare(front);
+    const glm::vec3 nearby = hidden > 0.0f ? nearbyFrom(front) / hidden : glm::vec3(0.0f);
     LightAtVertex light{.irradiance = irradianceOf(front),
                         .visible = front.visibleFrom(sample.normal),
                         .nearby = nearby};

@@ -22,7 +22,7 @@ constexpr const char* kExtension = ".light";
 
 struct Header {
     char magic[8] = {'C', 'L', 'L', 'I', 'G', 'H', 'T', '\0'};
-    std::uint32_t version = 7;
+    std::uint32_t version = 8;
     std::uint32_t revision = 0;
     std::uint64_t key = 0;
     std::uint64_t meshes = 0;  // a hash of the refined ones, whose vertices have the values

@@ -42,7 +42,8 @@ struct LightAtVertex {
 // environment on the front is clamp(sides.x * dot(visible.xyz, w) + visible.w - kOfSides, 0, 1), on
 // the back clamp(sides.y * dot(visible.xyz, m) + turned.w, 0, 1), where m is w mirrored in the
 // surface: how the share depends on the direction is that of one side, and the other has a part
-// of it.
+// of it. `nearby` is for an irradiance of luminance 1, because one side may be far brighter than
+// the other, as in a lampshade.
 inline constexpr float kOfSides = 4.0f;
 struct SideLight {
     glm::vec3 irradiance{0.0f};

@@ -166,7 +166,8 @@ SurfaceHit surfaceAlong(vec3 start, vec3 along, RayCone cone, float limit, Hit h
         if (leaves && medium.distance == 0.0f) medium = mediumOf(p);  // the ray began inside
         share *= absorption(medium.color, medium.distance, hit.distance);
         const bool back = !p.front && (p.flags & (TRACE_DOUBLE_SIDED | TRACE_SOLID)) == 0;
-        if (back && passed == 0) result.begins = false;
+        const bool pane = (p.flags & TRACE_PANE) != 0;  // has no inside
+        if (back && !pane && passed == 0) result.begins = false;
         if (isAbsent(p)) {
             start = offsetRayOrigin(p.position, -p.faceNormal, p.reach);
             continue;

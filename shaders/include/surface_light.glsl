@@ -67,6 +67,7 @@ SurfaceLight lightOnSide(SurfaceLight light, bool front, vec3 normal) {
                              front ? light.visible.w - kLightOfSides : light.turned.w);
         light.irradiance = front ? light.irradiance : light.turned.xyz;
         light.turned = vec4(0.0f, 0.0f, 0.0f, 1.0f);
+        light.nearby *= dot(light.irradiance, vec3(0.2126f, 0.7152f, 0.0722f));  // luminance
     }
     return light;
 }

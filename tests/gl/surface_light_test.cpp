@@ -239,6 +239,52 @@ TEST_F(LightBetweenSurfaces, EachSideOfAWallHasItsOwnColour) {
     EXPECT_LT(back.x, 1e-2f * back.z);
 }
 
+// A sheet of rough metal between a bright wall and one with a thousandth of its light, as the
+// inside and the outside of a lampshade.
+TEST_F(LightBetweenSurfaces, EachSideOfRoughMetalReflectsWhatItFaces) {
+    Scene scene;
+    Material metal{.baseColor = {0.5f, 0.5f, 0.5f, 1.0f},
+                   .metallic = 1.0f,
+                   .roughness = 0.8f,
+                   .doubleSided = true};
+    place(scene, quad(1.0f, addMaterial(scene, metal)));
+    const auto wall = [&](double z, float radiance) {
+        Material glow = lambert(0.0f, radiance);
+        glow.doubleSided = true;
+        place(scene, quad(20.0f, addMaterial(scene, glow)), moved(0.0, 0.0, z));
+    };
+    wall(1.0, 100.0f);
+    wall(-1.0, 0.1f);
+    FrameRequest r = request(std::move(scene), "shade", {0.0, 0.0, 0.9});
+    r.environment.intensity = 0.0;
+    const float front = centerColor(renderer().render(lit(r)).image).x;
+    r.camera.position = {0.0, 0.0, -0.9};
+    const float back = centerColor(renderer().render(lit(r)).image).x;
+    EXPECT_GT(front, 10.0f);
+    EXPECT_GT(back, 3e-4f * front);
+    EXPECT_LT(back, 2e-3f * front);
+}
+
+// A pane has no inside: who is behind its back is not buried in a body.
+TEST_F(LightBetweenSurfaces, ARoomUnderOneSidedGlassIsLit) {
+    const auto floor = [](bool bothSides) {
+        Scene scene;
+        placeRoom(scene, addMaterial(scene, lambert(0.5f)));
+        scene.instances.erase(scene.instances.begin() + 3);  // the ceiling
+        Material glass = clearGlass();
+        glass.doubleSided = bothSides;
+        place(scene, quad(1.0f, addMaterial(scene, glass)), moved(0.0, -0.8, 0.0) * facingUp());
+        FrameRequest r = request(std::move(scene), "under glass", {0.0, 0.5, 0.5});
+        r.camera.target = {0.0, -1.0, 0.0};
+        r.environment.map = "white";
+        return centerColor(renderer().render(lit(r)).image).x;
+    };
+    const float expected = floor(true);
+    EXPECT_GT(expected, 0.05f);
+    EXPECT_NEAR(floor(false), expected,
+                0.15f * expected);  // a back that is not drawn reflects nothing
+}
+
 // A box of thin walls that is open towards +z. The same point of a rough metal wall shows the
 // inside to who looks in, and the sky to who looks out.
 TEST_F(LightBetweenSurfaces, ThinWallsMirrorWhatTheyFace) {
