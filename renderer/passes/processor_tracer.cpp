@@ -151,7 +151,7 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
                                 const Target* environment, const Target* shadows,
                                 const Target* tints, DrawStream& draws, const gl::Rect& rect,
                                 const light::SurfaceLight* surfaceLight,
-                                std::span<const light::LightValue> movingLight, bool integrated) {
+                                std::span<const light::LightValue> movingLight) {
     const View& view = work.view;
     std::span<const std::uint32_t> values, emitters;
     if (surfaceLight) {
@@ -187,7 +187,6 @@ void ProcessorTracer::beginPass(const FramePlan& plan, const FollowRays& work,
     rect_ = rect;
     radiance_.assign(std::size_t{rect.width} * rect.height, glm::vec4(0.0f));
     stride_ = work.everyPixel ? 1 : rays_.stride;
-    integrated_ = integrated;
 }
 
 const rays::Surroundings& ProcessorTracer::beginLookups(const FramePlan& plan, DrawStream& draws) {
@@ -203,7 +202,7 @@ std::uint64_t ProcessorTracer::follow(std::size_t list, const gl::Framebuffer& s
     const std::uint32_t lobePaths = list == 0 ? rays_.lobePaths : rays_.glassLobePaths;
     return rays::follow(*surroundings_,
                         {stride_, std::min(stride_, rays_.finest), rays_.contrast,
-                         rays_.contrastNextTo, rays_.contrastBetween, integrated_ ? 1 : lobePaths},
+                         rays_.contrastNextTo, rays_.contrastBetween, lobePaths},
                         {.kind = list == 0 ? rays::Ray::mirrored : rays::Ray::transmitted,
                          .width = rect_.width,
                          .starts = starts_,

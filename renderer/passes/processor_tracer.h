@@ -38,11 +38,10 @@ public:
     // view, with the harmonics of the environment; must outlive the pass. rect: of the records.
     // shadows: what the lights see; may be null.
     // surfaceLight: values at vertices; may be null. movingLight: see light::lightOfMoving().
-    // integrated: a lobe is integrated once, by the first sample of a pixel; see rays::Density.
     void beginPass(const FramePlan& plan, const FollowRays& work, const Target* environment,
                    const Target* shadows, const Target* tints, DrawStream& draws,
                    const gl::Rect& rect, const light::SurfaceLight* surfaceLight,
-                   std::span<const light::LightValue> movingLight, bool integrated);
+                   std::span<const light::LightValue> movingLight);
     // Follows one ray of each pixel; `list` numbers them. Returns the number of paths.
     std::uint64_t follow(std::size_t list, const gl::Framebuffer& starts,
                          const gl::Framebuffer& ways);
@@ -89,7 +88,6 @@ private:
     std::vector<light::LightValue> lightValues_;  // if something moves
     gl::Rect rect_;
     std::uint32_t stride_ = 1;
-    bool integrated_ = false;
     std::vector<rays::Start> starts_;
     std::array<rays::Scratch, 2> paths_;  // of each list
     std::vector<rays::Way> ways_;

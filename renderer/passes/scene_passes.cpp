@@ -350,7 +350,7 @@ void execute(PassResources& resources, const PassInput& input, const FollowRays&
         input.plan, work, work.environment == kNoTarget ? nullptr : &input.read(work.environment),
         input.plan.shadowMap == kNoTarget ? nullptr : &input.read(input.plan.shadowMap),
         input.plan.shadowTints == kNoTarget ? nullptr : &input.read(input.plan.shadowTints),
-        resources.draws, rect, input.surfaceLight, input.movingLight, input.sampled != nullptr);
+        resources.draws, rect, input.surfaceLight, input.movingLight);
     // Rays through glass first: they bring more light than those that it mirrors, which may then be
     // coarser.
     for (std::size_t list = work.records.size() / 2; list-- > 0;) {

@@ -183,6 +183,38 @@ TEST_F(Supersampled, MirrorsAndGlassAreSampledLikeSurfaces) {
     }
 }
 
+// All samples of a pixel share a lobe among as many paths: one path shows a lamp in it sharply, or
+// not.
+TEST_F(Supersampled, LampsInRoughMirrorsStayBlurred) {
+    Scene scene;
+    Material metal = mirrorMetal();
+    metal.roughness = 0.45f;
+    place(scene, quad(3.0f, addMaterial(scene, metal)));
+    for (int i = -2; i <= 2; ++i) {
+        place(scene, quad(0.1f, addMaterial(scene, glowing(glm::vec3(60.0f)))),
+              moved(0.8 * i, 0.3 * i, 2.6) *
+                  glm::rotate(glm::dmat4(1.0), glm::radians(180.0), glm::dvec3(0, 1, 0)));
+    }
+    FrameRequest r = request(std::move(scene), "lamps");
+    r.accuracy.planar = PlanarMethod::traced;
+    r.accuracy.raySamples = 16;
+    r.accuracy.sampleShare = 1.0;
+    r.environment.intensity = 0.0;
+    const auto brightest = [&](std::uint32_t samples) {
+        const Image image = drawn(r, samples);
+        float most = 0.0f;
+        for (std::uint32_t y = 0; y < image.height; ++y) {
+            for (std::uint32_t x = 0; x < image.width; ++x) {
+                most = std::max(most, color(image, x, y).x);
+            }
+        }
+        return most;
+    };
+    const float one = brightest(1);
+    EXPECT_GT(one, 0.1f);
+    EXPECT_LT(brightest(6), 1.3f * one);
+}
+
 // Before a transparent background the edge of a black thing is an edge, too.
 TEST_F(Supersampled, AlphaHasContrast) {
     Scene scene;
