@@ -37,6 +37,38 @@ TEST(ViewPlanner, PanesInARowHaveABackdropEach) {
     }
 }
 
+// A thin ball and a flat pane, in a closed room or in the open.
+FramePlan planOfThinGlass(bool flat, bool indoors) {
+    Scene scene;
+    const Index glass = addMaterial(scene, clearGlass());
+    placeAt(scene, flat ? addSquareMesh(scene, "pane", glass) : addBallMesh(scene, "pane", glass),
+            at(0, 0, 0), "pane");
+    const Index wall = addBoxMesh(scene, "wall", addMaterial(scene, dullGrey()));
+    for (int axis = 0; indoors && axis < 3; ++axis) {
+        for (const double side : {-6.0, 6.0}) {
+            glm::dvec3 center(0.0), size(6.0);
+            center[axis] = side;
+            size[axis] = 0.1;
+            placeAt(scene, wall, glm::scale(glm::translate(glm::dmat4(1.0), center), size), "wall");
+        }
+    }
+    updateContentHash(scene);
+    return planOnProcessor(scene, lookingFrom({0, 0, 5}));
+}
+
+// Its reflection of the room is what is seen of it; a flat pane has a mirrored view.
+TEST(ViewPlanner, CurvedPanesIndoorsFollowRays) {
+    const auto method = [](const FramePlan& plan) {
+        for (const Decision& choice : plan.decisions) {
+            if (choice.effect == Effect::refraction) return choice.taken;
+        }
+        return Method::environment;
+    };
+    EXPECT_EQ(method(planOfThinGlass(false, true)), Method::traced);
+    EXPECT_EQ(method(planOfThinGlass(false, false)), Method::backdrop);
+    EXPECT_EQ(method(planOfThinGlass(true, true)), Method::backdrop);
+}
+
 TEST(ViewPlanner, PanesSideBySideShareABackdrop) {
     const FramePlan plan = planOf(paneScene({at(-1.5, 0, 0), at(1.5, 0, 0), at(0, 2.5, 0.1)}),
                                   forced(lookingFrom({0, 0, 6})));

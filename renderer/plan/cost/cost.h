@@ -114,6 +114,8 @@ double shadowMapError(double share);
 // come from its back faces.
 double glassEnvironmentError(double enclosed = 0.0);
 double backdropError(bool solid, bool backFaces);
+// The same of a pane without a mirrored view, which reflects the environment map.
+double unmirroredPaneError(double enclosed);
 // Paths that share a ray of a surface of this roughness: raySamples, if it is rough and the
 // processor follows the rays.
 double pathsOfRay(std::uint32_t raySamples, double roughness, bool processorRays);

@@ -27,6 +27,7 @@ struct GlassBody {
     double share = 0.0;              // fraction of the picture, 0..1
     double roughness = 0.0;          // of the roughest surface, 0..1
     double triangles = 0.0;          // in view
+    bool flat = true;                // a mirrored view shows what each surface reflects
 };
 GlassBody bodyFrom(const SeenView& seen, std::size_t first) {
     GlassBody body{.first = first, .end = first};
@@ -37,6 +38,7 @@ GlassBody bodyFrom(const SeenView& seen, std::size_t first) {
         body.box.add(side.box);
         body.share = std::min(1.0, body.share + side.share);
         body.roughness = std::max(body.roughness, double{side.surface->roughness});
+        body.flat = body.flat && side.surface->flatPart != kNone;
         for (const SeenCluster& c : side.clusters) body.triangles += c.indexCount / 3.0;
     }
     return body;
@@ -69,8 +71,9 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
     const double copies = body.roughness > kSharpRoughness ? kCopiesWithLevels : 1.0;
     const bool solid = first.glass == Glass::solid;
     const double walls = first.shell ? 2.0 : 1.0;
+    const double enclosed = enclosureAt(context, task, body.box);
     std::vector<Candidate> candidates{
-        {Method::environment, 0.0, glassEnvironmentError(enclosureAt(context, task, body.box))},
+        {Method::environment, 0.0, glassEnvironmentError(enclosed)},
         {Method::backdrop,
          milliseconds({.triangles = solid && a.backFaces ? body.triangles : 0.0,
                        .pixels = kGlassPixel * walls * pixels,
@@ -78,7 +81,7 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                        .sharing = std::max(1.0, bodies / kBodiesOfLayer),
                        .shading = context.shading,
                        .software = limits.software}),
-         backdropError(solid, a.backFaces)}};
+         solid || body.flat ? backdropError(solid, a.backFaces) : unmirroredPaneError(enclosed)}};
     if (limits.rays != Rays::none && !task.captured) {  // captured faces are small and blurred
         const bool processorRays = limits.rays == Rays::processor;
         const double paths = pathsOfRay(a.glassRaySamples, body.roughness, processorRays);
