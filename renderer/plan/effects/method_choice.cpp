@@ -133,8 +133,8 @@ double reflectanceSeen(double reflectance, double cosine) {
 
 double enclosureAt(ViewContext& context, const ViewTask& task, const Bounds& box) {
     if (task.generation > 0) return 0.0;
-    if (context.opaqueBoxes.empty()) context.opaqueBoxes = opaqueBoxes(context.stage, task.view);
-    return enclosure(context.opaqueBoxes, glm::dvec3(box.center()));
+    if (!context.opaqueBoxes) context.opaqueBoxes.emplace(opaqueBoxes(context.stage, task.view));
+    return enclosure(*context.opaqueBoxes, glm::dvec3(box.center()));
 }
 
 }  // namespace clerestory

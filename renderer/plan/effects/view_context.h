@@ -10,9 +10,11 @@
 #include "plan/graph/frame_context.h"
 #include "plan/graph/plan_builder.h"
 #include "plan/visibility/draws.h"
+#include "plan/visibility/enclosure.h"
 #include "plan/visibility/occlusion.h"
 
 #include <map>
+#include <optional>
 
 namespace clerestory {
 
@@ -30,9 +32,9 @@ struct ViewContext {
     std::uint64_t sceneTriangles = 0;
     Shading shading;  // mean over surfaces
     std::size_t curvedReflectors = 0;
-    std::vector<Occluder> occluders;       // of the root view
-    std::vector<Bounds> opaqueBoxes;       // see enclosureAt(); filled on first use
-    std::map<std::string, Method> agreed;  // see agreedMethods()
+    std::vector<Occluder> occluders;          // of the root view
+    std::optional<BoxHierarchy> opaqueBoxes;  // see enclosureAt(); made on first use
+    std::map<std::string, Method> agreed;     // see agreedMethods()
 };
 
 // A view to plan, and the target of its picture.
