@@ -299,8 +299,10 @@ ordered_json sceneDetails(const SceneStatus& status, bool isDefault) {
                       {"total", status.bytes.total()}};
     json["animations"] = animations(scene);
     auto& scenes = json["scenes"] = ordered_json::array();
-    for (const SceneOfFile& each : status.scenesOfFile) {
-        scenes.push_back({{"id", each.id}, {"name", each.name}});
+    if (status.scenesOfFile) {
+        for (const SceneOfFile& each : *status.scenesOfFile) {
+            scenes.push_back({{"id", each.id}, {"name", each.name}});
+        }
     }
     auto& materials = json["materials"] = ordered_json::array();
     for (const Material& material : scene.materials) materials.push_back(material.name);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <unordered_set>
 
 namespace clerestory {
 namespace {
@@ -125,12 +126,14 @@ SceneEntries::Entry SceneEntries::find(const std::string& id) const {
     return found == entries_.end() ? nullptr : *found;
 }
 
-std::vector<SceneEntries::Entry> SceneEntries::updateUploads(const UploadStore& uploads) {
+std::vector<SceneEntries::Entry> SceneEntries::updateUploads(const std::vector<Upload>& uploads) {
+    std::unordered_set<std::string_view> stored;
+    for (const Upload& upload : uploads) stored.insert(upload.id);
     std::vector<Entry> removed;
     for (const Entry& entry : listed()) {
-        if (entry->status.uploaded && !uploads.find(entry->fileId)) removed.push_back(entry);
+        if (entry->status.uploaded && !stored.contains(entry->fileId)) removed.push_back(entry);
     }
-    for (const Upload& upload : uploads.all()) {
+    for (const Upload& upload : uploads) {
         if (upload.isMap) continue;
         const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
             return e->status.uploaded && e->status.id == upload.id;
@@ -161,27 +164,39 @@ SceneEntries::Entry SceneEntries::findFile(const std::string& id) const {
     return file && !file->file.empty() ? file : nullptr;
 }
 
+SceneEntries::Entry SceneEntries::makeOther(const SceneEntry& file, std::size_t number) {
+    const SceneOfFile& scene = file.status.scenesOfFile->at(number);
+    auto other = std::make_shared<SceneEntry>();
+    other->status.id = scene.id;
+    other->status.title = file.status.title + ": " + scene.name;
+    other->status.uploaded = file.status.uploaded;
+    other->status.scenesOfFile = file.status.scenesOfFile;
+    other->file = file.file;
+    other->sceneOfFile = std::to_string(number);
+    other->fileId = file.fileId;
+    return other;
+}
+
 void SceneEntries::addScenesOfFile(const Entry& entry, const Scene& known) {
     if (known.scenesOfFile.empty() || entry->fileId != entry->status.id) return;
-    std::vector<SceneOfFile> scenes;
+    const auto scenes = std::make_shared<ScenesOfFile>();
     for (std::size_t i = 0; i < known.scenesOfFile.size(); ++i) {
         const std::string number = i == known.sceneOfFile ? "" : ":" + std::to_string(i);
-        scenes.push_back({entry->fileId + number, known.scenesOfFile[i]});
+        scenes->push_back({entry->fileId + number, known.scenesOfFile[i]});
     }
-    auto place = std::find(entries_.begin(), entries_.end(), entry) + 1;
-    for (std::size_t i = 0; i < scenes.size(); ++i) {
-        if (find(scenes[i].id)) continue;
-        auto other = std::make_shared<SceneEntry>();
-        other->status.id = scenes[i].id;
-        other->status.title = entry->status.title + ": " + scenes[i].name;
-        other->status.uploaded = entry->status.uploaded;
-        other->status.scenesOfFile = scenes;
-        other->file = entry->file;
-        other->sceneOfFile = std::to_string(i);
-        other->fileId = entry->fileId;
-        place = entries_.insert(place, other) + 1;
+    entry->status.scenesOfFile = scenes;
+    std::unordered_set<std::string_view> present{entry->status.id};
+    for (const Entry& one : entries_) {
+        if (one->fileId != entry->fileId || one->isDeleted) continue;
+        one->status.scenesOfFile = scenes;
+        present.insert(one->status.id);
     }
-    entry->status.scenesOfFile = std::move(scenes);
+    std::vector<Entry> others;
+    for (std::size_t i = 0; i < scenes->size(); ++i) {
+        if (!present.contains((*scenes)[i].id)) others.push_back(makeOther(*entry, i));
+    }
+    const auto place = std::find(entries_.begin(), entries_.end(), entry) + 1;
+    entries_.insert(place, others.begin(), others.end());
 }
 
 void SceneEntries::remove(const Entry& entry) {

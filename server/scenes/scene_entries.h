@@ -63,6 +63,7 @@ std::string_view nameOf(SceneState state);
 struct SceneOfFile {
     std::string id, name;
 };
+using ScenesOfFile = std::vector<SceneOfFile>;
 
 struct SceneStatus {
     std::string id, title;
@@ -74,8 +75,9 @@ struct SceneStatus {
     std::shared_ptr<const Scene> scene;  // after the first loading; without vertices and texels
     std::size_t vertices = 0;
     SceneBytes bytes;  // while it is loaded
-    // All scenes of its file, if that has several; known after the first loading of one.
-    std::vector<SceneOfFile> scenesOfFile;
+    // All scenes of its file, if that has several, in one list that they share; null before the
+    // first loading of one.
+    std::shared_ptr<const ScenesOfFile> scenesOfFile;
     // Of the frame with light of surfaces that was drawn last; see Frame::lightNow. May be empty.
     std::function<LightProgress()> lightNow;
 };
@@ -111,9 +113,9 @@ public:
     // The scenes that the options name, or else the first built-in scene.
     const std::vector<Entry>& first() const { return first_; }
 
-    // Adds entries for new uploads, also of other processes. Returns the entries whose uploads were
-    // removed.
-    std::vector<Entry> updateUploads(const UploadStore& uploads);
+    // Adds entries for new uploads, also of other processes. uploads: UploadStore::all(). Returns
+    // the entries whose uploads were removed.
+    std::vector<Entry> updateUploads(const std::vector<Upload>& uploads);
     void remove(const Entry& entry);
     // Adds the other scenes of the entry's file after it. known: the entry's, loaded.
     void addScenesOfFile(const Entry& entry, const Scene& known);
@@ -122,6 +124,7 @@ private:
     Entry add(const std::string& id, const std::string& title, const std::filesystem::path& file);
     Entry addFile(const SceneSource& source);
     void addFolder(const std::filesystem::path& folder);
+    static Entry makeOther(const SceneEntry& file, std::size_t number);
 
     std::vector<Entry> entries_, first_;
 };

@@ -46,7 +46,8 @@ SceneLibrary::SceneLibrary(const SceneSources& sources, RenderQueue& queue,
       environments_(sources.environments, import_, uploads_, importUploads_, queue),
       entries_(sources),
       warmUps_(queue, options, std::move(work)) {
-    updateUploads();
+    std::unique_lock lock(mutex_);
+    updateUploads(lock);
     defaultId_ = entries_.first().front()->status.id;
     for (const Entry& entry : entries_.first()) {
         request(entry, false);
@@ -63,14 +64,20 @@ SceneLibrary::~SceneLibrary() {
     loader_.join();
 }
 
-void SceneLibrary::updateUploads() {
+// With the lock held, which is released while the folder is read: a disk may be slow, and other
+// calls, such as those of the heartbeat, do not need it.
+void SceneLibrary::updateUploads(std::unique_lock<std::mutex>& lock) {
     if (!uploads_) return;
-    for (const Entry& entry : entries_.updateUploads(*uploads_)) remove(entry);
+    lock.unlock();
+    const std::lock_guard one(updating_);  // a later reading is not overwritten by an earlier one
+    const std::vector<Upload> stored = uploads_->all();
+    lock.lock();
+    for (const Entry& entry : entries_.updateUploads(stored)) remove(entry);
 }
 
 std::vector<SceneStatus> SceneLibrary::all() {
-    const std::lock_guard lock(mutex_);
-    updateUploads();
+    std::unique_lock lock(mutex_);
+    updateUploads(lock);
     std::vector<SceneStatus> list;
     for (const Entry& entry : entries_.listed()) {
         const SceneStatus& status = entry->status;
@@ -95,18 +102,20 @@ SceneTotals SceneLibrary::totals() const {
     return totals;
 }
 
-// Looks for new uploads of other processes first, unless the scene is certainly there.
-SceneLibrary::Entry SceneLibrary::entryFor(const std::string& id) {
+// With the lock held; see updateUploads(). Looks for new uploads of other processes first, unless
+// the scene is certainly there.
+SceneLibrary::Entry SceneLibrary::entryFor(const std::string& id,
+                                           std::unique_lock<std::mutex>& lock) {
     Entry entry = entries_.find(id);
     const bool certain =
         entry && (!entry->status.uploaded || entry->status.state == SceneState::ready);
     if (!certain) {
-        updateUploads();
+        updateUploads(lock);
         entry = entries_.find(id);
     }
     // Another process, which has ended since, may have deleted it.
     if (entry && entry->status.uploaded && uploads_ && !uploads_->find(entry->fileId)) {
-        updateUploads();
+        updateUploads(lock);
         entry = entries_.find(id);
     }
     if (entry) return entry;
@@ -152,8 +161,8 @@ void SceneLibrary::request(const Entry& entry, bool first) {
 }
 
 SceneStatus SceneLibrary::find(const std::string& id) {
-    const std::lock_guard lock(mutex_);
-    const Entry entry = entryFor(id);
+    std::unique_lock lock(mutex_);
+    const Entry entry = entryFor(id, lock);
     if (!entry->status.scene) request(entry, true);
     return entry->status;
 }
@@ -166,7 +175,7 @@ bool SceneLibrary::defaultIsWarm() {
 
 std::shared_ptr<const Scene> SceneLibrary::require(const std::string& id) {
     std::unique_lock lock(mutex_);
-    const Entry entry = entryFor(id.empty() ? defaultId_ : id);
+    const Entry entry = entryFor(id.empty() ? defaultId_ : id, lock);
     request(entry, true);
     entry->lastUsed = ++uses_;
     const SceneStatus& status = entry->status;
@@ -211,8 +220,8 @@ std::vector<std::pair<std::string, std::uint64_t>> SceneLibrary::loadedContents(
 }
 
 void SceneLibrary::load(const std::vector<std::string>& ids) {
-    const std::lock_guard lock(mutex_);
-    updateUploads();
+    std::unique_lock lock(mutex_);
+    updateUploads(lock);
     std::vector<Entry> wanted;
     for (const std::string& id : ids) {
         Entry entry = entries_.find(id);
@@ -244,8 +253,8 @@ std::vector<std::shared_ptr<const Scene>> SceneLibrary::requireParts(const Frame
 Scene SceneLibrary::whole(const std::string& id) {
     Entry entry;
     {
-        const std::lock_guard lock(mutex_);
-        entry = entryFor(id);
+        std::unique_lock lock(mutex_);
+        entry = entryFor(id, lock);
     }
     const auto& file = entry->file;
     Scene scene =
@@ -256,8 +265,8 @@ Scene SceneLibrary::whole(const std::string& id) {
 }
 
 void SceneLibrary::remove(const std::string& id) {
-    const std::lock_guard lock(mutex_);
-    const Entry entry = entryFor(id);
+    std::unique_lock lock(mutex_);
+    const Entry entry = entryFor(id, lock);
     if (!entry->status.uploaded) {
         throw RequestError(forbidden("Only scenes that were uploaded can be deleted."));
     }

@@ -90,9 +90,9 @@ public:
 
 private:
     using Entry = SceneEntries::Entry;
-    void updateUploads();
+    void updateUploads(std::unique_lock<std::mutex>& lock);
     void request(const Entry& entry, bool first);
-    Entry entryFor(const std::string& id);
+    Entry entryFor(const std::string& id, std::unique_lock<std::mutex>& lock);
     ImportOptions importFor(const SceneEntry& entry) const;
     void requireFile(const Entry& file);
     void loadAll();
@@ -121,6 +121,7 @@ private:
     EnvironmentLibrary environments_;
     std::string defaultId_;
 
+    std::mutex updating_;  // while the folder of uploads is read; locked before mutex_
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     SceneEntries entries_;

@@ -190,6 +190,11 @@ Scene SceneLibrary::make(SceneEntry& entry) {
         });
     }
     scene.id = entry.status.id;
+    // The entry of the file holds the names for all of its scenes.
+    if (entry.fileId != entry.status.id) {
+        scene.scenesOfFile = {};
+        scene.sceneOfFile = 0;
+    }
     requireLight(scene);
     return scene;
 }

@@ -5,8 +5,14 @@
 #include "tests/support/temporary_folder.h"
 
 #include <assimp/version.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <fstream>
+#include <future>
+#include <set>
 
 namespace clerestory::test {
 namespace {
@@ -242,6 +248,63 @@ TEST(Uploads, ScenesOfAFileHaveIds) {
     EXPECT_EQ(client.Delete("/v1/scenes/" + id)->status, 204);
     problemOf(frame(other), 404);
     problemOf(frame(id), 404);
+}
+
+// A list for each scene would take memory that grows with the square of their number.
+TEST(Uploads, ScenesOfAFileShareOneListOfTheirNames) {
+    constexpr std::size_t kScenes = 40;
+    json file = json::parse(triangleGltf());
+    file["scenes"] = json::array();
+    for (std::size_t i = 0; i < kScenes; ++i) {
+        file["scenes"].push_back({{"name", "scene " + std::to_string(i)}, {"nodes", {0}}});
+    }
+    TestServer server(uploadConfig());
+    auto client = server.client();
+    const std::string id = idOf(send(client, file.dump()));
+    pictureOf(client, id + ":1");
+    SceneLibrary& library = server.backend().library();
+    std::set<const ScenesOfFile*> lists;
+    std::size_t scenes = 0;
+    for (const SceneStatus& status : library.all()) {
+        if (!status.id.starts_with(id)) continue;
+        ++scenes;
+        lists.insert(status.scenesOfFile.get());
+    }
+    EXPECT_EQ(scenes, kScenes);
+    ASSERT_EQ(lists.size(), 1u);
+    ASSERT_TRUE(*lists.begin());
+    EXPECT_EQ((*lists.begin())->size(), kScenes);
+    const auto loaded = library.find(id + ":1").scene;
+    ASSERT_TRUE(loaded);
+    EXPECT_TRUE(loaded->scenesOfFile.empty()) << "a loaded scene has no copy of the names";
+}
+
+// A pipe in the place of a description blocks a thread that reads the folder.
+TEST(Uploads, ASlowDiskDelaysNoHeartbeat) {
+    TestServer server(uploadConfig());
+    server.awaitReady();
+    SceneLibrary& library = server.backend().library();
+    const fs::path slow = folderOfThisTest() / ("upload-" + std::string(32, '0'));
+    const fs::path pipe = slow / "about.json";
+    fs::create_directories(slow);
+    std::ofstream(slow / "scene.glb") << "any content";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    auto list = std::async(std::launch::async, [&] { return library.all().size(); });
+    int writer = -1;
+    ASSERT_TRUE(soon([&] {  // fails as long as no thread reads
+        writer = open(pipe.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+        return writer >= 0;
+    }));
+    auto heartbeat = std::async(std::launch::async, [&] {
+        return library.defaultIsWarm() && !library.loadedContents().empty();
+    });
+    const bool answered = heartbeat.wait_for(10s) == std::future_status::ready;
+    EXPECT_EQ(list.wait_for(0s), std::future_status::timeout) << "the folder is still being read";
+    fs::remove_all(slow);
+    close(writer);
+    EXPECT_TRUE(answered) << "the heartbeat waited for the disk";
+    EXPECT_TRUE(heartbeat.get());
+    EXPECT_GT(list.get(), 0u);
 }
 
 // The scenes of a file in a folder are known when its default scene was loaded.
