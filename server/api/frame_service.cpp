@@ -79,11 +79,12 @@ std::vector<std::shared_ptr<const Scene>> FrameService::requireParts(const Frame
 }
 
 FrameService::Resolved FrameService::resolve(FrameRequest request,
-                                             const Budgets::Requester& requester) {
+                                             const Budgets::Requester& requester,
+                                             MapPatience patience) {
     Resolved resolved{.request = std::move(request)};
     resolved.parts = requireParts(resolved.request);
     resolved.scene = requireScene(resolved.request.scene);
-    resolved.maps = components_.library.environments().requireUploads(resolved.request);
+    resolved.maps = components_.library.environments().requireUploads(resolved.request, patience);
     resolved.request.scene = resolved.scene->id;
     if (resolved.request.accuracy.isBudget()) {
         resolved.pick = components_.budgets.pick(resolved.request, requester);

@@ -72,9 +72,11 @@ public:
     std::shared_ptr<const Scene> requireScene(const std::string& id);
     // Those of FrameRequest::parts. Throws as requireScene(), but 422 if some are unknown.
     std::vector<std::shared_ptr<const Scene>> requireParts(const FrameRequest& request);
-    // Throws as requireScene(); 409 also while the curve of a budget is measured; 422 if scenes of
-    // a list are unknown.
-    Resolved resolve(FrameRequest request, const Budgets::Requester& requester);
+    // patience: as EnvironmentLibrary::requireUploads(). Throws as requireScene(); 409 also while
+    // an uploaded map loads or the curve of a budget is measured; 422 if scenes of a list are
+    // unknown.
+    Resolved resolve(FrameRequest request, const Budgets::Requester& requester,
+                     MapPatience patience);
     // Throws InvalidRequest if the frame needs more samples than the limit.
     void requireAffordable(const FrameRequest& request) const;
     // A strong entity tag of the frame. Of a frame with light of surfaces: with the revision that

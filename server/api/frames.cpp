@@ -131,8 +131,8 @@ Answer frame(const FrameRoutes& routes, const Call& call) {
     const Explain explain = given.explain;
     const bool explained = explain != Explain::no;
     FrameService& frames = routes.frames;
-    const FrameService::Resolved resolved =
-        frames.resolve(std::move(given.request), {call.client, !isForeign(call)});
+    const FrameService::Resolved resolved = frames.resolve(
+        std::move(given.request), {call.client, !isForeign(call)}, turnOf(frames, call).patience);
     const FrameRequest& request = resolved.request;
     frames.requireAffordable(request);
     const bool light = FrameService::showsLight(request);
@@ -178,8 +178,8 @@ Answer frame(const FrameRoutes& routes, const Call& call) {
 }
 
 Answer postPlan(const FrameRoutes& routes, const Call& call) {
-    const FrameService::Resolved resolved =
-        routes.frames.resolve(frameCallFrom(call, false).request, {call.client});
+    const FrameService::Resolved resolved = routes.frames.resolve(
+        frameCallFrom(call, false).request, {call.client}, turnOf(routes.frames, call).patience);
     const FramePlan plan = routes.frames.plan(resolved.request, turnOf(routes.frames, call));
     nlohmann::ordered_json json = planJson(plan);
     if (resolved.pick) {

@@ -159,6 +159,28 @@ Answer postScene(const UploadRoutes& routes, const Call& call) {
     return awaitScene(routes, call, id, isNew);
 }
 
+// Asks the renderer until it has loaded the map or refuses it, as long as the client, the server
+// and the time limit permit.
+Answer awaitMap(const UploadRoutes& routes, const Call& call, const std::string& path) {
+    const auto until = Clock::now() + routes.importTime + kExtraPatience;
+    for (;;) {
+        Answer answer = routes.backend.answer({.method = "GET",
+                                               .path = path,
+                                               .query = {},
+                                               .target = {},
+                                               .body = {},
+                                               .requestId = call.requestId,
+                                               .arrived = call.arrived,
+                                               .header = call.header,
+                                               .client = call.client,
+                                               .cancellation = call.cancellation});
+        const bool loads = answer.problem && answer.problem->code == ProblemCode::stillLoading;
+        const bool cancelled = call.cancellation && call.cancellation->cancelled();
+        if (!loads || cancelled || routes.stopping || Clock::now() >= until) return answer;
+        std::this_thread::sleep_for(kPollInterval);
+    }
+}
+
 // The renderer loads the map, which shows whether it is usable, and describes it.
 Answer postMap(const UploadRoutes& routes, const Call& call) {
     UploadStore& store = storeOf(routes);
@@ -168,16 +190,7 @@ Answer postMap(const UploadRoutes& routes, const Call& call) {
     const bool isNew = !store.find(id);
     if (isNew) store.add(kind, title.empty() ? "map." + kind : title, call.body);
     const std::string path = "/v1/environments/" + id;
-    Answer answer = routes.backend.answer({.method = "GET",
-                                           .path = path,
-                                           .query = {},
-                                           .target = {},
-                                           .body = {},
-                                           .requestId = call.requestId,
-                                           .arrived = call.arrived,
-                                           .header = call.header,
-                                           .client = call.client,
-                                           .cancellation = call.cancellation});
+    Answer answer = awaitMap(routes, call, path);
     if (answer.problem && answer.problem->code == ProblemCode::mapFailed) store.remove(id);
     if (answer.problem) return answer;
     answer.status = isNew ? 201 : 200;

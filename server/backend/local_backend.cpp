@@ -70,7 +70,8 @@ std::optional<Problem> LocalBackend::refusalFor(const std::string& client) const
 
 EncodedFrame LocalBackend::draw(const FrameOrder& order) {
     try {
-        const FrameService::Resolved resolved = frames_.resolve(order.request, {order.client});
+        const FrameService::Resolved resolved =
+            frames_.resolve(order.request, {order.client}, frames_.turnFor(order.arrived).patience);
         frames_.requireAffordable(resolved.request);
         Turn turn = frames_.turnFor(order.arrived);
         turn.client = order.client;

@@ -241,7 +241,7 @@ std::shared_ptr<const ReferenceRender> traceReference(EnvironmentLibrary& enviro
     for (const std::string& name : environments.names()) {
         maps[name] = environments.find(name);
     }
-    for (auto& map : environments.requireUploads(frame)) {
+    for (auto& map : environments.requireUploads(frame, kUnlimitedMapPatience)) {
         maps[map->name] = std::move(map);
     }
     const auto lighting = maps.find(frame.environment.map.value_or(scene.environment));

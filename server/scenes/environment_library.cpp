@@ -14,6 +14,12 @@ std::uint64_t bytesOf(const EnvironmentMap& map) {
     return map.texels.size() * sizeof(map.texels[0]);
 }
 
+std::optional<Clock::time_point> untilOf(MapPatience patience) {
+    if (patience == kUnlimitedMapPatience) return std::nullopt;
+    return Clock::now() +
+           std::chrono::duration_cast<Clock::duration>(std::min(patience, kMapPatience));
+}
+
 }  // namespace
 
 std::string_view nameOf(MapSource source) {
@@ -42,6 +48,15 @@ EnvironmentLibrary::EnvironmentLibrary(const std::vector<std::filesystem::path>&
         files_[map->name] = map;
         queue_.post([map](Renderer& renderer) { renderer.addEnvironment(map); });
     }
+}
+
+EnvironmentLibrary::~EnvironmentLibrary() {
+    {
+        const std::lock_guard lock(mutex_);
+        ending_ = true;
+    }
+    changed_.notify_all();
+    if (loader_.joinable()) loader_.join();
 }
 
 std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::find(const std::string& name) const {
@@ -76,17 +91,20 @@ std::uint64_t EnvironmentLibrary::hash(const std::string& name) const {
 }
 
 std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::require(const std::string& name) {
-    auto uploaded = upload(name);
+    auto uploaded = upload(name, untilOf(kMapPatience));
     return uploaded ? uploaded : find(name);
 }
 
-EnvironmentLibrary::Leases EnvironmentLibrary::requireUploads(const FrameRequest& request) {
+EnvironmentLibrary::Leases EnvironmentLibrary::requireUploads(const FrameRequest& request,
+                                                              MapPatience patience) {
+    const Until until = untilOf(patience);
     Leases leases;
     for (const NamedMap& named : mapsNamedBy(request)) {
         try {
-            if (auto map = upload(named.name)) leases.push_back(std::move(map));
+            if (auto map = upload(named.name, until)) leases.push_back(std::move(map));
         } catch (const RequestError& error) {
             Problem problem = error.problem();
+            if (problem.code != ProblemCode::mapFailed) throw;
             problem.errors = {{named.pointer, "could not be loaded", "another environment map"}};
             throw RequestError(std::move(problem));
         }
@@ -95,30 +113,80 @@ EnvironmentLibrary::Leases EnvironmentLibrary::requireUploads(const FrameRequest
 }
 
 // Null if it is not the name of a stored upload.
-std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::upload(const std::string& name) {
+std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::upload(const std::string& name,
+                                                                 Until until) {
     if (!uploads_ || !UploadStore::isId(name)) return nullptr;
     const auto stored = uploads_->find(name);
+    std::unique_lock lock(mutex_);
     if (!stored || !stored->isMap) {
-        // Another process may have deleted it.
-        const std::lock_guard lock(mutex_);
-        loaded_.erase(name);
+        forget(name);  // another process may have deleted it
         return nullptr;
     }
     if (auto map = loadedUpload(name)) return map;
-    const std::lock_guard one(loading_);
-    if (auto map = loadedUpload(name)) return map;
-    return load(*stored);
+    const std::shared_ptr<Import> import = importOf(*stored);
+    await(*import, until, lock);
+    if (!import->outcome) {
+        throw RequestError(stillLoading("The environment map " + name + " is loading."));
+    }
+    if (import->outcome->lease) return import->outcome->lease;
+    // A later request tries again.
+    const auto known = imports_.find(name);
+    if (known != imports_.end() && known->second == import) imports_.erase(known);
+    throw RequestError(*import->outcome->failure);
 }
 
+// With the lock held.
 std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::loadedUpload(const std::string& name) {
-    const std::lock_guard lock(mutex_);
     const auto found = loaded_.find(name);
     if (found == loaded_.end()) return nullptr;
     found->second.lastUsed = ++uses_;
     return found->second.lease;
 }
 
-std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::load(const Upload& upload) {
+// With the lock held: the import that was requested before, or a new one.
+std::shared_ptr<EnvironmentLibrary::Import> EnvironmentLibrary::importOf(const Upload& upload) {
+    if (!loader_.joinable()) loader_ = std::thread([this] { loadAll(); });
+    std::shared_ptr<Import>& import = imports_[upload.id];
+    if (!import) {
+        import = std::make_shared<Import>(Import{.upload = upload, .outcome = {}});
+        toLoad_.push_back(import);
+        changed_.notify_all();
+    }
+    return import;
+}
+
+// With the lock held.
+void EnvironmentLibrary::await(const Import& import, Until until,
+                               std::unique_lock<std::mutex>& lock) {
+    const auto isOver = [&] { return import.outcome || ending_; };
+    if (!until) return changed_.wait(lock, isOver);
+    if (waitingCalls_ >= kMaxWaitingForMaps) return;
+    ++waitingCalls_;
+    changed_.wait_until(lock, *until, isOver);
+    --waitingCalls_;
+}
+
+void EnvironmentLibrary::loadAll() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        changed_.wait(lock, [&] { return ending_ || !toLoad_.empty(); });
+        if (ending_) return;
+        const std::shared_ptr<Import> import = std::move(toLoad_.front());
+        toLoad_.pop_front();
+        lock.unlock();
+        Outcome outcome = load(import->upload);
+        lock.lock();
+        if (outcome.lease) {
+            makeRoom(bytesOf(*outcome.lease));
+            loaded_[import->upload.id] = {outcome.lease, ++uses_};
+            imports_.erase(import->upload.id);
+        }
+        import->outcome = std::move(outcome);
+        changed_.notify_all();
+    }
+}
+
+EnvironmentLibrary::Outcome EnvironmentLibrary::load(const Upload& upload) {
     std::shared_ptr<const EnvironmentMap> map;
     try {
         EnvironmentMap read = loadEnvironment(upload.file, importUploads_);
@@ -127,18 +195,17 @@ std::shared_ptr<const EnvironmentMap> EnvironmentLibrary::load(const Upload& upl
         map = std::make_shared<const EnvironmentMap>(std::move(read));
     } catch (const ImportError& error) {
         logError({"environment map ", upload.id, ": ", error.what()});
-        throw RequestError(mapFailed(error.what(), std::string(nameOf(error.reason()))));
+        return {{}, mapFailed(error.what(), std::string(nameOf(error.reason())))};
+    } catch (const std::exception& error) {
+        logError({"environment map ", upload.id, ": ", error.what()});
+        return {{}, internalError()};
     }
     queue_.post([map](Renderer& renderer) { renderer.addEnvironment(map); });
     // The renderer holds the map itself, and releases it when the last lease ends.
-    const std::shared_ptr<const EnvironmentMap> lease(
-        map.get(), [map, &queue = queue_](const EnvironmentMap*) {
-            queue.post([map](Renderer& renderer) { renderer.removeEnvironment(*map); });
-        });
-    const std::lock_guard lock(mutex_);
-    makeRoom(bytesOf(*map));
-    loaded_[upload.id] = {lease, ++uses_};
-    return lease;
+    const auto end = [map, &queue = queue_](const EnvironmentMap*) {
+        queue.post([map](Renderer& renderer) { renderer.removeEnvironment(*map); });
+    };
+    return {{map.get(), end}, {}};
 }
 
 // With the lock held.
@@ -191,7 +258,14 @@ void EnvironmentLibrary::remove(const std::string& name) {
         throw RequestError(forbidden("Only environment maps that were uploaded can be deleted."));
     }
     const std::lock_guard lock(mutex_);
+    forget(name);
+}
+
+// With the lock held. An import in progress is finished.
+void EnvironmentLibrary::forget(const std::string& name) {
     loaded_.erase(name);
+    const auto known = imports_.find(name);
+    if (known != imports_.end() && known->second->outcome) imports_.erase(known);
 }
 
 std::uint64_t EnvironmentLibrary::uploadedBytes() const {
@@ -199,6 +273,11 @@ std::uint64_t EnvironmentLibrary::uploadedBytes() const {
     const std::lock_guard lock(mutex_);
     for (const auto& [name, one] : loaded_) bytes += bytesOf(*one.lease);
     return bytes;
+}
+
+std::size_t EnvironmentLibrary::waitingCalls() const {
+    const std::lock_guard lock(mutex_);
+    return waitingCalls_;
 }
 
 }  // namespace clerestory

@@ -2,8 +2,13 @@
 #include "tests/http/uploads_support.h"
 #include "tests/support/temporary_folder.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <future>
 
 namespace clerestory::test {
 namespace {
@@ -62,7 +67,7 @@ std::string frameIn(const std::string& map) {
 }
 
 std::string pictureIn(httplib::Client& client, const std::string& map) {
-    const auto answer = postJson(client, "/v1/frames", frameIn(map));
+    const auto answer = postUntilReady(client, "/v1/frames", frameIn(map));
     EXPECT_TRUE(answer && answer->status == 200) << (answer ? answer->body : "");
     return answer ? answer->body : "";
 }
@@ -161,6 +166,110 @@ TEST(EnvironmentUploads, WhatIsNoMapIsRefusedWithItsReason) {
     EXPECT_THAT(map["detail"].get<std::string>(), HasSubstr("/v1/environments"));
     auto without = sharedServer().client();
     problemOf(sendMap(without, smallMap(90)), 403);
+}
+
+// An importer that does not begin before the gate is open.
+class GatedImporter {
+public:
+    GatedImporter() {
+        mkfifo(pipe_.c_str(), 0600);
+        folder_.write("importer", "#!/bin/sh\n: < " + pipe_.string() +
+                                      "\nexec " CLERESTORY_PROGRAM " \"$@\"\n");
+        fs::permissions(program(), fs::perms::owner_all);
+    }
+    ~GatedImporter() {
+        if (end_ >= 0) close(end_);
+    }
+    GatedImporter(const GatedImporter&) = delete;
+    GatedImporter& operator=(const GatedImporter&) = delete;
+    fs::path program() const { return folder_.path() / "importer"; }
+    // A pipe with a writer can be opened for reading.
+    void open() { end_ = ::open(pipe_.c_str(), O_RDWR | O_CLOEXEC); }
+
+private:
+    const TemporaryFolder folder_;
+    const fs::path pipe_ = folder_.path() / "gate";
+    int end_ = -1;
+};
+
+Config gatedConfig(const GatedImporter& importer) {
+    Config config = uploadConfig();
+    config.scenes.import.importer = importer.program();
+    config.http.threads = 3 * kMaxWaitingForMaps;
+    return config;
+}
+
+std::string storeMap(const std::string& content) {
+    return UploadStore(folderOfThisTest(), {}).add("hdr", "map", content).id;
+}
+
+TEST(EnvironmentUploads, FewRequestsWaitForAMapThatLoads) {
+    GatedImporter importer;
+    TestServer server(gatedConfig(importer));
+    server.awaitReady();
+    const EnvironmentLibrary& library = server.backend().library().environments();
+    const std::string map = storeMap(smallMap(90));
+    constexpr std::size_t kRequests = 2 * kMaxWaitingForMaps;
+    std::vector<std::future<int>> frames;
+    for (std::size_t i = 0; i < kRequests; ++i) {
+        frames.push_back(std::async(std::launch::async, [&] {
+            auto client = server.client();
+            const auto answer = postJson(client, "/v1/frames", frameIn(map));
+            return answer ? answer->status : 0;
+        }));
+    }
+    std::size_t refused = 0;
+    EXPECT_TRUE(soon([&] {
+        EXPECT_LE(library.waitingCalls(), kMaxWaitingForMaps);
+        refused = 0;
+        for (const auto& frame : frames) {
+            refused += frame.wait_for(0s) == std::future_status::ready;
+        }
+        return refused >= kRequests - kMaxWaitingForMaps;
+    })) << "more requests than that wait for the map";
+
+    auto client = server.client();
+    EXPECT_EQ(client.Get("/v1/scenes")->status, 200);
+    EXPECT_EQ(postJson(client, "/v1/frames", smallFrame())->status, 200);
+    EXPECT_FALSE(pictureIn(client, "studio").empty()) << "another map";
+    const auto hurried = client.Post("/v1/frames", httplib::Headers{{"Clerestory-Deadline", "1"}},
+                                     frameIn(map), "application/json");
+    EXPECT_EQ(problemOf(hurried, 409)["code"], "stillLoading");
+    EXPECT_EQ(hurried->get_header_value("Retry-After"), "1");
+
+    importer.open();
+    for (auto& frame : frames) EXPECT_THAT(frame.get(), testing::AnyOf(200, 409));
+    EXPECT_EQ(postUntilReady(client, "/v1/frames", frameIn(map))->status, 200);
+    EXPECT_EQ(library.waitingCalls(), 0u);
+}
+
+TEST(EnvironmentUploads, AFailureIsReportedAlsoAfterAConflict) {
+    GatedImporter importer;
+    TestServer server(gatedConfig(importer));
+    auto client = server.client();
+    const std::string map = storeMap(smallMap(90).substr(0, 200));
+    const auto hurried = client.Post("/v1/frames", httplib::Headers{{"Clerestory-Deadline", "1"}},
+                                     frameIn(map), "application/json");
+    problemOf(hurried, 409);
+    importer.open();
+    const json problem = problemOf(postUntilReady(client, "/v1/frames", frameIn(map)), 422);
+    EXPECT_EQ(problem["code"], "mapFailed");
+    EXPECT_EQ(problem["errors"][0]["pointer"], "/environment/map");
+}
+
+TEST(EnvironmentUploads, AnUploadIsAnsweredWhenItsMapIsLoaded) {
+    GatedImporter importer;
+    TestServer server(gatedConfig(importer));
+    auto posted = std::async(std::launch::async, [&] {
+        auto client = server.client();
+        return sendMap(client, smallMap(90));
+    });
+    EXPECT_TRUE(
+        soon([&] { return server.backend().library().environments().waitingCalls() == 1; }));
+    importer.open();
+    const auto answer = posted.get();
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->status, 201) << answer->body;
 }
 
 TEST(EnvironmentUploads, OfAnyNumberTakeBoundedMemory) {
