@@ -215,7 +215,7 @@ Answer Server::finish(const Call& call, Answer answer, const std::string& route)
                           answer.route == "/metrics" || answer.route == "page";
     const std::string line =
         call.method + " " + printable(call.path) + " " + std::to_string(answer.status) + " " +
-        std::to_string(answer.body.size()) + " bytes " +
+        std::to_string(answer.content().size()) + " bytes " +
         fixedPoint(millisecondsSince(call.arrived), 1) + " ms " + call.requestId;
     frequent ? logDebug({line}) : logInfo({line});
     return answer;

@@ -8,6 +8,7 @@
 #include <cctype>
 #include <iterator>
 #include <span>
+#include <utility>
 
 namespace clerestory {
 namespace {
@@ -44,7 +45,7 @@ const std::uint64_t* contentHashIn(const LoadedScenes& loaded, const std::string
 }
 
 std::size_t bytesOf(const Answer& answer) {
-    std::size_t bytes = answer.body.size() + answer.type.size() + answer.route.size();
+    std::size_t bytes = answer.content().size() + answer.type.size() + answer.route.size();
     for (const auto& [name, value] : answer.headers) bytes += name.size() + value.size();
     return bytes;
 }
@@ -151,7 +152,7 @@ std::optional<Answer> FrameCache::find(const FrameRequest& request, const Call& 
     return answer;
 }
 
-void FrameCache::store(const FrameRequest& request, const Call& call, const Answer& answer) {
+void FrameCache::store(const FrameRequest& request, const Call& call, Answer& answer) {
     const bool complete = answer.status == 200 && !answer.problem && !answer.stream;
     if (!complete || headerOf(answer, "ETag").empty()) return;
     const std::string light = headerOf(answer, "Clerestory-Light");
@@ -160,6 +161,7 @@ void FrameCache::store(const FrameRequest& request, const Call& call, const Answ
     if (!key || key->contentHash != answer.sceneHash) return;  // the scene has changed since
     const std::size_t bytes = bytesOf(answer) + key->text.size() + kEntryBytes;
     if (bytes > options_.maxBytes) return;
+    answer.shared = std::make_shared<const std::string>(std::exchange(answer.body, {}));
     auto stored = std::make_shared<const Answer>(answer);
     const std::lock_guard lock(mutex_);
     forgetUnloaded();

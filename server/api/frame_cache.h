@@ -93,7 +93,8 @@ private:
     std::optional<Key> keyFor(const FrameRequest& request) const;
     void requireRoom(const Call& call) const;
     std::optional<Answer> find(const FrameRequest& request, const Call& call);
-    void store(const FrameRequest& request, const Call& call, const Answer& answer);
+    // Moves the bytes to `shared` if it stores the answer.
+    void store(const FrameRequest& request, const Call& call, Answer& answer);
     void forgetUnloaded();
     void addForm(Entry& entry, std::uint64_t form);
     void remove(std::list<Entry>::iterator entry);

@@ -77,7 +77,7 @@ std::string RequestMetrics::text(const ConnectionCounters& front, const Holdings
         std::initializer_list<Row>{
             {"hit", cache.hits}, {"miss", cache.misses}, {"evicted", cache.evicted}});
     for (const Pool pool : {Pool::connections, Pool::requestBytes, Pool::responseBytes,
-                            Pool::streams, Pool::views, Pool::waits}) {
+                            Pool::smallResponseBytes, Pool::streams, Pool::views, Pool::waits}) {
         families_->held.set(nameOf(pool), holdings.usage(pool));
     }
     families_->cacheBytes.Set(static_cast<double>(cache.bytes));

@@ -84,6 +84,10 @@ struct Answer {
     // request. Must return when the sink returns false or the service stops. Returns false if the
     // body is incomplete; then the connection is closed without the last chunk.
     std::function<bool(const Sink&)> stream;
+    // Instead of `body`: bytes that several answers share, such as those of the frame cache.
+    std::shared_ptr<const std::string> shared;
+
+    const std::string& content() const { return shared ? *shared : body; }
 };
 
 }  // namespace clerestory

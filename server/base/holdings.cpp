@@ -7,7 +7,8 @@ namespace clerestory {
 
 std::string_view nameOf(Pool pool) {
     constexpr std::array<std::string_view, kPools> kNames = {
-        "connections", "requestBytes", "responseBytes", "streams", "views", "waits", "jobs"};
+        "connections", "requestBytes", "responseBytes", "smallResponseBytes",
+        "streams",     "views",        "waits",         "jobs"};
     return kNames.at(static_cast<std::size_t>(pool));
 }
 
@@ -58,7 +59,8 @@ bool Holdings::fits(const Account& account, const std::string& client, std::size
     const auto found = account.clients.find(client);
     const std::size_t own = found == account.clients.end() ? 0 : found->second;
     if (own == 0) return account.limit.firstMayExceed ? room > 0 : amount <= room;
-    return own + amount <= room;
+    // At most what is free then; a share that is counted in ones is rounded up.
+    return amount <= room && own + amount <= room - amount + 1;
 }
 
 bool Holdings::allows(Pool pool, const std::string& client, std::size_t amount) const {

@@ -6,9 +6,9 @@
 //     auto held = holdings.take(Pool::streams, call.client, 1);
 //     if (!held) throw RequestError(streamsFull());
 //
-// A client may hold at most as much as is free, so that a client alone can hold half of a pool, and
-// others always find room: the second one a quarter, and so on. A client that holds nothing gets
-// its first piece as long as there is room at all.
+// A client may hold at most as much as is free then, so that a client alone can hold half of a
+// pool, and others always find room: the second one a quarter, and so on. A client that holds
+// nothing gets its first piece as long as there is room at all.
 #pragma once
 
 #include <array>
@@ -26,13 +26,14 @@ namespace clerestory {
 enum class Pool : std::uint8_t {
     connections,    // that are open
     requestBytes,   // of large bodies that are received or handled
-    responseBytes,  // that wait for their readers
-    streams,        // live streams and sequences
-    views,          // live views
-    waits,          // frames that wait for light; each occupies a thread of the front
-    jobs            // that wait or run
+    responseBytes,  // of large answers and streams that wait for their readers
+    smallResponseBytes,
+    streams,  // live streams and sequences
+    views,    // live views
+    waits,    // frames that wait for light; each occupies a thread of the front
+    jobs      // that wait or run
 };
-inline constexpr std::size_t kPools = 7;
+inline constexpr std::size_t kPools = 8;
 std::string_view nameOf(Pool pool);
 
 class Holdings {

@@ -23,6 +23,8 @@ constexpr std::uint64_t kListener = 0, kWake = 1;
 // Bytes that a client must read or send within HttpLimits::write or body; otherwise one byte per
 // second would count as progress.
 constexpr std::uint64_t kProgress = 4096, kBodyProgress = 512 * 1024;
+// A large response is read within that many times HttpLimits::write, because it holds memory.
+constexpr std::uint64_t kWritePeriods = 30;
 constexpr milliseconds kDrainTime{500};
 constexpr milliseconds kAcceptPause{20}, kNotYetIdle{250}, kMemoryPause{1};
 // While stopping: for idle connections, and for requests that are being received.
@@ -315,8 +317,10 @@ bool EventLoop::updateDeadline(Id id, Client& client) {
     const std::uint64_t transferred = writes  ? client.writer->deliveredBytes()
                                       : reads ? client.reader.bodyBytes()
                                               : 0;
-    const bool progress = (writes || reads) &&
-                          transferred >= client.transferred + (writes ? kProgress : kBodyProgress);
+    const std::uint64_t least =
+        writes ? std::max<std::uint64_t>(kProgress, client.writer->bodyBytes() / kWritePeriods)
+               : kBodyProgress;
+    const bool progress = (writes || reads) && transferred >= client.transferred + least;
     if (wait == client.wait && (!progress || (writes && closing_))) return false;
     client.wait = wait;
     client.transferred = transferred;

@@ -15,8 +15,6 @@ using State = RequestReader::State;
 constexpr int kReadsAtOnce = 4;
 // Closing a socket with unread bytes resets the connection, and the client may lose the response.
 constexpr std::size_t kDrainBytes = 1 << 20;
-// A client that may not have another response of this size is refused before the work.
-constexpr std::size_t kLeastResponse = 512 * 1024;
 
 }  // namespace
 
@@ -98,7 +96,7 @@ void EventLoop::begin(Id id, Client& client) {
         return reply(client, *answer, exchange->requestId, exchange->head.method == "HEAD");
     }
     client.writer->setClient(exchange->client);
-    if (!client.writer->hasRoomFor(kLeastResponse)) {
+    if (!client.writer->mayRequest()) {
         return reply(client, hooks_.refuse(callOf(*exchange), responsesFull()), exchange->requestId,
                      exchange->head.method == "HEAD");
     }
@@ -143,8 +141,9 @@ void EventLoop::reply(Client& client, const Answer& answer, const std::string& r
 
 // The response is complete: continues with the next request once it is sent, or closes.
 void EventLoop::finishResponse(Client& client) {
+    // A new deadline, but not for each part that is sent later: that would be any rate.
+    if (client.phase != Phase::flushing) client.wait = Wait::nothing;
     client.phase = Phase::flushing;
-    client.wait = Wait::nothing;  // restarts the deadline
     client.cancellation = nullptr;
     client.largeBody.reset();
     if (client.writer->pending() || client.writer->broken()) return;

@@ -1,5 +1,7 @@
 #include "server/http/exchange.h"
 
+#include "server/http/limits.h"
+
 #include <linux/sockios.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -61,6 +63,13 @@ const char* reasonOf(int status) {
 // Bytes that a stream may be ahead of its reader, in addition to the socket's buffer.
 constexpr std::size_t kAhead = 256 * 1024;
 
+// A client that may not have another small response of this size is refused before the work.
+constexpr std::size_t kLeastResponse = 512 * 1024;
+
+Pool poolOf(std::size_t bytes) {
+    return bytes <= kSmallBytes ? Pool::smallResponseBytes : Pool::responseBytes;
+}
+
 }  // namespace
 
 Call callOf(const Exchange& exchange) {
@@ -121,6 +130,7 @@ SocketWriter::SocketWriter(int socket, Holdings& holdings, std::string client,
 
 SocketWriter::~SocketWriter() {
     held_.reset();
+    share_.reset();
     close(socket_);
 }
 
@@ -130,12 +140,34 @@ void SocketWriter::setClient(const std::string& client) {
     client_ = client;
     held_.reset();
     held_ = holdings_.take(Pool::responseBytes, client_, 0);
-    held_->resize(unsent());
 }
 
-bool SocketWriter::hasRoomFor(std::size_t bytes) const {
+bool SocketWriter::mayRequest() const {
     const std::lock_guard lock(mutex_);
-    return bytes <= kAhead || holdings_.allows(Pool::responseBytes, client_, bytes);
+    return holdings_.of(Pool::smallResponseBytes, client_) == 0 ||
+           holdings_.allows(Pool::smallResponseBytes, client_, kLeastResponse);
+}
+
+bool SocketWriter::reserve(std::size_t bytes) {
+    const std::lock_guard lock(mutex_);
+    share_.reset();
+    if (bytes <= kUncountedBytes) return true;
+    share_ = holdings_.take(poolOf(bytes), client_, bytes);
+    return share_.has_value();
+}
+
+bool SocketWriter::sendBody(std::shared_ptr<const std::string> body) {
+    const std::lock_guard lock(mutex_);
+    body_ = std::move(body);
+    bodyBegin_ = 0;
+    flushLocked();
+    if (unsent() > 0 && !broken_) wake_();
+    return !broken_;
+}
+
+std::size_t SocketWriter::bodyBytes() const {
+    const std::lock_guard lock(mutex_);
+    return body_ ? body_->size() : 0;
 }
 
 // A response is taken whole, so that its thread is free; only a stream waits for its reader.
@@ -146,7 +178,7 @@ bool SocketWriter::send(std::string_view bytes, bool streamed) {
         bytes.remove_prefix(piece.size());
         bytes_ += piece;
         if (unsent() == piece.size()) flushLocked();
-        held_->resize(unsent());
+        if (streamed) held_->resize(copied());
         if (unsent() == 0 || broken_) continue;
         wake_();
         if (streamed) drained_.wait(lock, [&] { return broken_ || unsent() <= kAhead; });
@@ -161,27 +193,39 @@ void SocketWriter::flush() {
 
 void SocketWriter::flushLocked() {
     while (!broken_ && unsent() > 0) {
-        const ssize_t n =
-            ::send(socket_, bytes_.data() + begin_, unsent(), MSG_NOSIGNAL | MSG_DONTWAIT);
+        const std::string_view part = unsentPart();
+        const ssize_t n = ::send(socket_, part.data(), part.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
         if (n < 0 && errno == EINTR) continue;
         if (n < 0 && (errno == EAGAIN || errno == ENOBUFS)) break;
         if (n <= 0) {
             broken_ = true;
             break;
         }
-        begin_ += static_cast<std::size_t>(n);
-        sent_ += static_cast<std::size_t>(n);
+        advance(static_cast<std::size_t>(n));
     }
     // Frees sent bytes occasionally: each time would move the rest too often.
-    if (unsent() == 0) {
+    if (copied() == 0) {
         bytes_ = std::string();
         begin_ = 0;
-    } else if (begin_ > (1 << 20) && begin_ > unsent()) {
+    } else if (begin_ > (1 << 20) && begin_ > copied()) {
         bytes_.erase(0, begin_);
         begin_ = 0;
     }
-    held_->resize(unsent());
+    held_->resize(std::min(held_->amount(), copied()));
     if (broken_ || unsent() <= kAhead) drained_.notify_all();
+}
+
+std::string_view SocketWriter::unsentPart() const {
+    if (copied() > 0) return std::string_view(bytes_).substr(begin_);
+    return std::string_view(*body_).substr(bodyBegin_);
+}
+
+void SocketWriter::advance(std::size_t count) {
+    sent_ += count;
+    (copied() > 0 ? begin_ : bodyBegin_) += count;
+    if (!body_ || unsent() > 0) return;  // the headers are sent first
+    body_.reset();
+    share_.reset();
 }
 
 void SocketWriter::abort() {

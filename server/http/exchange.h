@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
@@ -50,11 +51,15 @@ public:
     // that a stream is no faster than its reader. Returns false if the client disconnected or
     // stalled. May be called from any thread.
     virtual bool send(std::string_view bytes, bool streamed) = 0;
-    // Whether the client may have a response of this size, besides those that it has not read.
-    virtual bool hasRoomFor(std::size_t bytes) const {
+    // Takes the client's share for a body of this size, until sendBody() has sent it or until the
+    // next call. Returns false if the client must read other responses first.
+    virtual bool reserve(std::size_t bytes) {
         static_cast<void>(bytes);
         return true;
     }
+    // Sends the last part of a response without copying it. Does not block. Returns false if the
+    // client disconnected.
+    virtual bool sendBody(std::shared_ptr<const std::string> body) { return send(*body, false); }
 };
 
 class SocketWriter final : public ResponseWriter {
@@ -66,12 +71,16 @@ public:
     SocketWriter& operator=(const SocketWriter&) = delete;
 
     bool send(std::string_view bytes, bool streamed) override;
-    bool hasRoomFor(std::size_t bytes) const override;
+    bool reserve(std::size_t bytes) override;
+    bool sendBody(std::shared_ptr<const std::string> body) override;
 
     // Called by the event loop.
     void setClient(const std::string& client);  // to which the next bytes count
-    void flush();                               // writes as much as the socket accepts
-    void abort();  // send() returns false from now on and no longer blocks
+    // False if the client has so many unread responses that it gets no other one.
+    bool mayRequest() const;
+    std::size_t bodyBytes() const;  // of the body that sendBody() has not sent yet; 0: none
+    void flush();                   // writes as much as the socket accepts
+    void abort();                   // send() returns false from now on and no longer blocks
     bool pending() const;
     bool broken() const;
     // Total; without those that wait in the kernel for the client to read what it has, which
@@ -81,7 +90,10 @@ public:
 
 private:
     void flushLocked();
-    std::size_t unsent() const { return bytes_.size() - begin_; }
+    std::string_view unsentPart() const;  // first `bytes_`, then `body_`
+    void advance(std::size_t count);
+    std::size_t copied() const { return bytes_.size() - begin_; }
+    std::size_t unsent() const { return copied() + (body_ ? body_->size() - bodyBegin_ : 0); }
 
     const int socket_;
     Holdings& holdings_;
@@ -89,9 +101,12 @@ private:
     mutable std::mutex mutex_;
     std::condition_variable drained_;
     std::string client_;
-    std::optional<Holdings::Held> held_;  // of the unsent bytes
+    std::optional<Holdings::Held> held_;   // of the unsent bytes of a stream
+    std::optional<Holdings::Held> share_;  // of the whole body, whose memory is freed at once
     std::string bytes_;
     std::size_t begin_ = 0;  // of the bytes that are not sent yet
+    std::shared_ptr<const std::string> body_;
+    std::size_t bodyBegin_ = 0;
     std::uint64_t sent_ = 0;
     bool broken_ = false;
 };

@@ -43,6 +43,8 @@ public:
           adapter(limits, routes.respond, routes.refuse),
           holdings({{Pool::requestBytes, {.most = limits.largeBytes}},
                     {Pool::responseBytes, {.most = limits.unsentBytes, .firstMayExceed = true}},
+                    {Pool::smallResponseBytes,
+                     {.most = limits.smallUnsentBytes, .firstMayExceed = true}},
                     {Pool::streams, {.most = limits.streams}},
                     {Pool::views, {.most = limits.views}},
                     {Pool::waits, {.most = limits.waits}}}),

@@ -75,6 +75,7 @@ struct Serving {
     Exchange* exchange = nullptr;
     ResponseWriter* writer = nullptr;
     std::function<bool(const Sink&)> pieces = {};  // writes the body of a streamed response
+    std::shared_ptr<const std::string> body = {};  // of a response that the library does not copy
 };
 // A pointer: the C library ends the process if it has no memory for the destructor of an object.
 thread_local Serving* serving = nullptr;
@@ -118,16 +119,26 @@ public:
                 call.body = std::move(serving->exchange->body);
                 Answer answer = responder_(call);
                 // Too late to save the work, but not the memory.
-                if (!serving->writer->hasRoomFor(answer.body.size())) {
+                const bool isHead = serving->exchange->head.method == "HEAD";
+                if (!serving->writer->reserve(isHead ? 0 : answer.content().size())) {
                     answer = refuser_(call, responsesFull());
                 }
                 give(call, std::move(answer), response);
                 return HandlerResponse::Handled;
             });
-        // Called with the final headers. The library does not know the body of a stream.
+        // Called with the final headers. The library does not know the body of a stream, and would
+        // copy a large one.
         set_post_routing_handler([](const httplib::Request&, httplib::Response& response) {
+            if (response.body.size() > kUncountedBytes) {
+                serving->body =
+                    std::make_shared<const std::string>(std::exchange(response.body, {}));
+            }
             const bool hasNoBody = response.status == 204 || response.status == 304;
-            if (serving->pieces || hasNoBody) response.headers.erase("Content-Length");
+            if (serving->pieces || serving->body || hasNoBody) {
+                response.headers.erase("Content-Length");
+            }
+            if (!serving->body) return;
+            response.set_header("Content-Length", std::to_string(serving->body->size()));
         });
         set_error_handler([this](const httplib::Request&, httplib::Response& response) {
             if (!response.has_header("X-Request-Id")) refuse(notHttp(), response);
@@ -147,7 +158,7 @@ public:
             if (exchange.last) request.set_header("Connection", "close");
         };
         const bool sent = process(&Server::process_request, stream, exchange, closing, prepare) &&
-                          sendPieces(stream, exchange);
+                          sendBody(stream, exchange, writer) && sendPieces(stream, exchange);
         return stream.flush() && sent && !closing && !exchange.last;
     }
 
@@ -165,6 +176,7 @@ private:
         response.set_header("X-Request-Id", call.requestId);
         if (!answer.type.empty()) response.set_header("Content-Type", answer.type);
         response.body = std::move(answer.body);
+        serving->body = std::move(answer.shared);
         serving->pieces = std::move(answer.stream);
         if (serving->pieces && serving->exchange->head.minorVersion > 0) {
             response.set_header("Transfer-Encoding", "chunked");
@@ -179,6 +191,12 @@ private:
                  bool& closing, const Prepare& prepare) {
         return (this->*inherited)(stream, exchange.client, 0, "", 0, exchange.last, closing,
                                   prepare);
+    }
+
+    bool sendBody(MemoryStream& stream, const Exchange& exchange, ResponseWriter& writer) {
+        auto body = std::exchange(serving->body, nullptr);
+        if (!body || exchange.head.method == "HEAD") return true;
+        return stream.flush() && writer.sendBody(std::move(body));
     }
 
     // The library stops a stream unless its own socket listens, and it has none. So the chunks are

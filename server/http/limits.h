@@ -17,6 +17,10 @@ struct LargeBodies {
     std::size_t bytes = 0;
 };
 
+// Up to kUncountedBytes a response counts to no limit, up to kSmallBytes it is a small one.
+inline constexpr std::size_t kUncountedBytes = 64 * 1024;
+inline constexpr std::size_t kSmallBytes = 1024 * 1024;
+
 struct HttpLimits {
     std::size_t requestLine = 2048;
     std::size_t path = 512;             // of the request line, without the query
@@ -28,11 +32,14 @@ struct HttpLimits {
     std::chrono::milliseconds head{5000};
     // To receive a body, or half a megabyte of a large one.
     std::chrono::milliseconds body{10000};
-    std::chrono::milliseconds write{10000};  // for a client to read 4 KiB of a response
-    std::chrono::milliseconds idle{15000};   // between requests
+    // For a client to read 4 KiB of a response, and a thirtieth of a large one.
+    std::chrono::milliseconds write{10000};
+    std::chrono::milliseconds idle{15000};  // between requests
     // Of responses that are not read yet, of all clients together; see server/base/holdings.h for
-    // the share of one.
+    // the share of one. Small ones have a limit of their own, so that large ones that are read
+    // slowly do not refuse them. Those of at most kUncountedBytes are bounded by the connections.
     std::size_t unsentBytes = 128 * 1024 * 1024;
+    std::size_t smallUnsentBytes = 64 * 1024 * 1024;
     std::size_t streams = 32;  // live streams and sequences, of all clients together
     std::size_t views = 128;   // live views, of all clients together
     std::size_t waits = 8;     // frames that wait for light (Prefer: wait), of all clients together

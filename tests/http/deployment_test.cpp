@@ -45,6 +45,7 @@ double bytesIn(const std::string& text, const std::string& pattern) {
 double resident(double sceneMemory) {
     const Config config;
     const double server = kServer + static_cast<double>(config.http.limits.unsentBytes) +
+                          static_cast<double>(config.http.limits.smallUnsentBytes) +
                           static_cast<double>(config.http.limits.largeBytes) +
                           static_cast<double>(config.frameCacheBytes);
     return server + 2.0 * (sceneMemory + kRenderer) + kImport;

@@ -8,6 +8,8 @@
 #include <sys/socket.h>
 
 #include <cstdio>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -94,6 +96,102 @@ TEST(FrontReaders, ASteadyReaderReceivesEverythingHoweverTheKernelBuffers) {
     }
     EXPECT_GT(received, 8u << 20);
     EXPECT_EQ(server.counters().stalled, 0u);
+}
+
+// The status of a response of which the client reads nothing else.
+int statusAlone(const RawClient& client) {
+    char some[13] = "";
+    if (::recv(client.socket(), some, sizeof some - 1, MSG_WAITALL) != 12) return 0;
+    return statusOf(std::string(some) + "\r\n");
+}
+
+// Their checks came before any of them counted, and each had its whole response.
+TEST(FrontReaders, ResponsesThatAreReadyAtTheSameTimeShareOneLimit) {
+    HttpLimits limits = quickLimits();
+    limits.write = milliseconds(30000);
+    limits.unsentBytes = 40 << 20;
+    constexpr int kClients = 12;
+    LocalHttpServer server(limits, kClients);
+    std::vector<RawClient> slow;
+    for (int i = 0; i < kClients; ++i) {
+        slow.emplace_back(server.port(), "127.0.0.2", 4096);
+        slow.back().send(get("/waitbig"));
+    }
+    ASSERT_TRUE(soon([&] { return server.waiting == kClients; }));
+    server.release();
+    int complete = 0;
+    for (const RawClient& client : slow) complete += statusAlone(client) == 200;
+    EXPECT_EQ(complete, 2) << "of 8 MB each: at most half of 40 MB";
+    EXPECT_LE(server.holdings().usage(Pool::responseBytes).total, 20u << 20);
+}
+
+// Four addresses that did not read their responses locked out all other clients.
+TEST(FrontReaders, LargeResponsesThatAreNotReadRefuseNoSmallOnes) {
+    HttpLimits limits = quickLimits();
+    limits.write = milliseconds(30000);
+    limits.unsentBytes = 20 << 20;
+    LocalHttpServer server(limits);
+    std::vector<RawClient> slow;
+    for (const char* from : {"127.0.0.2", "127.0.0.3", "127.0.0.4"}) {
+        slow.emplace_back(server.port(), from, 4096);
+        slow.back().send(get("/big"));
+        EXPECT_EQ(statusAlone(slow.back()), 200);
+    }
+    EXPECT_GE(server.holdings().usage(Pool::responseBytes).total, limits.unsentBytes);
+    for (const char* from : {"127.0.0.9", "127.0.0.2"}) {
+        EXPECT_EQ(bodyOf(ask(server.port(), get("/a"), 10, from)), "GET /a ") << from;
+        EXPECT_EQ(bodyOf(ask(server.port(), get("/picture"), 10, from)).size(), 200'000u) << from;
+    }
+    EXPECT_EQ(statusOf(ask(server.port(), get("/big"), 10, "127.0.0.9")), 503) << "a large one";
+}
+
+TEST(FrontReaders, SmallResponsesAreCappedForEachClient) {
+    HttpLimits limits = quickLimits();
+    limits.write = milliseconds(30000);
+    limits.smallUnsentBytes = 2'000'000;
+    LocalHttpServer server(limits);
+    std::optional<Holdings::Held> unread =
+        server.holdings().take(Pool::smallResponseBytes, "127.0.0.2", 900'000);
+    ASSERT_TRUE(unread);
+    EXPECT_EQ(statusOf(ask(server.port(), get("/picture"), 10, "127.0.0.2")), 503);
+    EXPECT_EQ(statusOf(ask(server.port(), get("/picture"), 10, "127.0.0.3")), 200);
+    auto others = server.holdings().take(Pool::smallResponseBytes, "127.0.0.4", 1'100'000);
+    ASSERT_TRUE(others);
+    EXPECT_EQ(statusOf(ask(server.port(), get("/picture"), 10, "127.0.0.3")), 503) << "full";
+    EXPECT_EQ(bodyOf(ask(server.port(), get("/a"), 10, "127.0.0.3")), "GET /a ")
+        << "a client without unread responses always gets a short one";
+}
+
+TEST(FrontReaders, ASharedBodyIsNotCopied) {
+    LocalHttpServer server;
+    RawClient slow(server.port(), "127.0.0.2", 4096);
+    slow.send(get("/shared"));
+    EXPECT_EQ(statusAlone(slow), 200);
+    EXPECT_EQ(server.shared.use_count(), 2) << "one for the connection";
+    EXPECT_EQ(server.holdings().of(Pool::responseBytes, "127.0.0.2"), 8u << 20);
+    const std::string whole = ask(server.port(), get("/shared"), 10, "127.0.0.3");
+    EXPECT_EQ(bodyOf(whole), *server.shared);
+    EXPECT_EQ(headerOf(whole, "Content-Length"), std::to_string(8 << 20));
+    const std::string head =
+        ask(server.port(), "HEAD /shared HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n",
+            10, "127.0.0.4");
+    EXPECT_EQ(headerOf(head, "Content-Length"), std::to_string(8 << 20));
+    EXPECT_EQ(bodyOf(head), "");
+    EXPECT_TRUE(soon([&] { return server.shared.use_count() == 1; })) << "dropped when it stalls";
+    EXPECT_EQ(server.holdings().usage(Pool::responseBytes).total, 0u);
+}
+
+// 4 KB within the limit were enough, which is 6 hours for a frame of 41 MB.
+TEST(FrontReaders, ALargeResponseNeedsAReaderOfItsSize) {
+    LocalHttpServer server;
+    RawClient client(server.port(), nullptr, 4096);
+    client.send(get("/big"));
+    const bool ended = soon([&] {
+        char some[1024];  // at most 200 KB/s; a thirtieth of 8 MB in 0.5 s is 560 KB/s
+        static_cast<void>(::recv(client.socket(), some, sizeof some, MSG_DONTWAIT));
+        return server.counters().stalled == 1;
+    });
+    EXPECT_TRUE(ended);
 }
 
 // A5 of the catalogue of attacks.

@@ -57,8 +57,8 @@ TEST(Holdings, SizesAreCountedAsTheyChange) {
     EXPECT_TRUE(holdings.allows(Pool::responseBytes, "ben", 0));
     large->resize(40);
     EXPECT_TRUE(holdings.allows(Pool::responseBytes, "ben", 200));
-    EXPECT_TRUE(holdings.allows(Pool::responseBytes, "ann", 20));
-    EXPECT_FALSE(holdings.allows(Pool::responseBytes, "ann", 21)) << "more than is free";
+    EXPECT_TRUE(holdings.allows(Pool::responseBytes, "ann", 10));
+    EXPECT_FALSE(holdings.allows(Pool::responseBytes, "ann", 11)) << "more than is free then";
     const Held moved = *std::move(large);
     large.reset();
     EXPECT_EQ(holdings.usage(Pool::responseBytes).total, 40u) << "moved, not ended";

@@ -60,18 +60,32 @@ public:
     }
     int port() const { return front_.port(); }
     const ConnectionCounters& counters() const { return front_.counters(); }
+    Holdings& holdings() { return front_.holdings(); }
 
     std::atomic<int> waiting{0};      // in /wait
     std::atomic<int> leavers{0};      // disconnects that /wait has seen
     std::atomic<int> streamed{0};     // pieces of /stream that were taken
     std::atomic<int> streamsDone{0};  // that ended
+    // The body of /shared.
+    const std::shared_ptr<const std::string> shared =
+        std::make_shared<const std::string>(8 << 20, 's');
 
 private:
     Answer respond(const Call& call) {
         if (call.path == "/throw") throw std::runtime_error("the inside");
         if (call.path == "/client") return {.type = "text/plain", .body = call.client};
         if (call.path == "/big") return {.type = "image/x", .body = std::string(8 << 20, 'b')};
+        if (call.path == "/picture") return {.type = "image/x", .body = std::string(200'000, 'p')};
+        if (call.path == "/shared") {
+            Answer answer{.type = "image/x"};
+            answer.shared = shared;
+            return answer;
+        }
         if (call.path == "/wait") return wait(call);
+        if (call.path == "/waitbig") {
+            wait(call);
+            return {.type = "image/x", .body = std::string(8 << 20, 'w')};
+        }
         if (call.path == "/nothing") return {.status = 204};
         if (call.path == "/same") return {.status = 304};
         if (call.path == "/stream") return stream(call);
