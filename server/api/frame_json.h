@@ -15,8 +15,10 @@
 namespace clerestory {
 
 inline constexpr std::size_t kMaxJsonDepth = 16;
+// Elements of one list, values of one body. A sequence of 16,000 matrices has 304,000 values.
+inline constexpr std::size_t kMaxJsonElements = 100'000, kMaxJsonValues = 500'000;
 
-// Strict JSON: no duplicate keys, at most kMaxJsonDepth deep. Throws RequestError (400, 422).
+// Strict JSON: no duplicate keys, within these limits. Throws RequestError (400, 422).
 nlohmann::json strictJson(std::string_view text);
 
 // Absent fields have their values from `defaults`. Throws RequestError (422) that lists every wrong

@@ -13,7 +13,8 @@ using nlohmann::json;
 json strictJson(std::string_view text) {
     try {
         std::vector<std::string> doubled;
-        json parsed = jsonFrom(text, kMaxJsonDepth, &doubled);
+        json parsed = jsonFrom(text, kMaxJsonDepth, &doubled,
+                               {.elements = kMaxJsonElements, .values = kMaxJsonValues});
         if (doubled.empty()) return parsed;
         std::vector<FieldError> errors;
         for (std::string& pointer : doubled) {
@@ -25,6 +26,13 @@ json strictJson(std::string_view text) {
             case JsonTextError::Kind::depth:
                 throw RequestError(notJson("The body is nested more than " +
                                            std::to_string(kMaxJsonDepth) + " levels deep."));
+            case JsonTextError::Kind::elements:
+                throw RequestError(
+                    invalidFields({{error.pointer, "has too many elements",
+                                    "a list of at most " + std::to_string(kMaxJsonElements)}}));
+            case JsonTextError::Kind::values:
+                throw RequestError(notJson("The body has more than " +
+                                           std::to_string(kMaxJsonValues) + " values."));
             case JsonTextError::Kind::numberRange:
                 throw RequestError(invalidFields(
                     {{error.pointer, "is out of range", "a number in the range of a double"}}));

@@ -29,7 +29,8 @@ struct Turntable {
     double frameRate = 30.0;
 };
 
-// The body of the request; sequenceFrom() makes complete frames from it.
+// The body of the request; sequenceFrom() makes complete frames from it, and leaves out `frames`:
+// together they would take a kilobyte each.
 struct SequenceRequest {
     FrameRequest common;
     std::vector<FrameRequest> frames;
@@ -43,7 +44,7 @@ struct SequenceRequest {
     bool plans = true;
 };
 
-inline constexpr std::size_t kMaxSequenceFrames = 100'000;
+inline constexpr std::size_t kMaxSequenceFrames = kMaxJsonElements;
 
 // The content types of an answer.
 inline constexpr const char* kTarType = "application/x-tar";
@@ -109,7 +110,8 @@ void fields(SequenceRequest& s, V&& visit) {
           "plans and milliseconds in the JSON files; without them equal requests give equal bytes");
 }
 
-// Limit of the size of the common fields times the number of frames: bounds the work of checking.
+// Limit of the size of the common fields times the number of frames: bounds the work of joining
+// them for the frames that are drawn.
 inline constexpr std::size_t kMaxSequenceText = 256 * 1024 * 1024;
 
 struct Sequence {
@@ -129,7 +131,7 @@ struct Sequence {
 };
 
 // Throws RequestError (422) that lists every wrong field.
-Sequence sequenceFrom(const nlohmann::json& body);
+Sequence sequenceFrom(nlohmann::json body);
 
 // The switches of one of the two.
 nlohmann::json switchesJson(const SequenceChannels& channels);

@@ -2,11 +2,14 @@
 // at its limits and just beyond. Fields and limits are read from the schema, so new fields are
 // tested automatically.
 #include "server/api/frame_json.h"
+#include "server/api/sequence_request.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <ctime>
 #include <functional>
 #include <map>
 #include <set>
@@ -167,6 +170,84 @@ TEST(Limits, HoldForEveryNumberInTheSchema) {
     EXPECT_GT(pairs, 80);
     RecordProperty("pairs", pairs);
     std::cout << pairs << " pairs\n";
+}
+
+std::vector<FieldError> errorsOf(const std::string& body) {
+    try {
+        sequenceFrom(strictJson(body));
+    } catch (const RequestError& error) {
+        EXPECT_EQ(error.problem().code, ProblemCode::invalidFields);
+        return error.problem().errors;
+    }
+    return {};
+}
+
+std::string framesOf(std::size_t count, const std::string& frame) {
+    std::string text = "{\"frames\":[" + frame;
+    for (std::size_t i = 1; i < count; ++i) text += "," + frame;
+    return text;
+}
+
+// What follows is not read: a body of 4 MB took 100 MB.
+TEST(Limits, ReadingEndsAtTheGreatestNumberOfFrames) {
+    const auto errors = errorsOf(framesOf(kMaxSequenceFrames + 1, "{}") + " no JSON");
+    ASSERT_EQ(errors.size(), 1u);
+    EXPECT_EQ(errors[0].pointer, "/frames");
+    EXPECT_TRUE(errorsOf(framesOf(kMaxSequenceFrames, "{}") + "]}").empty());
+}
+
+TEST(Limits, ReadingEndsAtTheGreatestNumberOfValues) {
+    const std::string matrix = R"({"camera":{"cameraToWorld":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}})";
+    EXPECT_TRUE(errorsOf(framesOf(16'000, matrix) + "]}").empty());
+    try {
+        strictJson(framesOf(90'000, "[0,0,0,0,0]") + " no JSON");
+        ADD_FAILURE() << "accepted";
+    } catch (const RequestError& error) {
+        EXPECT_EQ(error.problem().detail, "The body has more than 500000 values.");
+    }
+}
+
+double processorSeconds() {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+// A ratio of two times on one thread, so that the machine does not matter: it was 16.
+TEST(Limits, TheCommonFieldsOfASequenceAreReadOnce) {
+    const auto secondsFor = [](const json& overrides) {
+        const json body = {{"common", {{"overrides", overrides}}},
+                           {"turntable", {{"seconds", 200}, {"frameRate", 100}}}};
+        const double begun = processorSeconds();
+        EXPECT_EQ(sequenceFrom(body).count(), 20'000u);
+        return processorSeconds() - begun;
+    };
+    json overrides = json::array();
+    for (int i = 0; i < 60; ++i) overrides.push_back({{"node", "n"}, {"roughness", 0.5}});
+    const double without = secondsFor(json::array()), with = secondsFor(overrides);
+    std::cout << "20,000 frames: " << without << " s, with 60 overrides " << with << " s\n";
+    EXPECT_LT(with, 3.0 * without);
+}
+
+// A frame changes the common fields for itself only, and has the default of a part it leaves out.
+TEST(Limits, FramesOfASequenceAreCheckedWithTheCommonFields) {
+    const auto pointers = [](const char* body) {
+        std::vector<std::string> list;
+        for (const FieldError& error : errorsOf(body)) list.push_back(error.pointer);
+        return list;
+    };
+    using testing::ElementsAre;
+    EXPECT_THAT(pointers(R"({"common":{"width":4096},"frames":[{"height":4096},{}]})"),
+                ElementsAre("/frames/0/width"));
+    EXPECT_THAT(pointers(R"({"common":{"width":4096,"height":4096},
+                             "frames":[{"height":8},{},{"width":8}]})"),
+                ElementsAre("/frames/1/width"));
+    EXPECT_THAT(pointers(R"({"common":{"output":{"classes":[{"name":"a","pattern":"b"}]}},
+                             "channels":{"classId":true},"frames":[{},{"output":{}}]})"),
+                ElementsAre("/frames/1/output/classes"));
+    EXPECT_THAT(pointers(R"({"common":{"width":0},"frames":[{"time":-1},{"scene":[]},3]})"),
+                ElementsAre("/common/width", "/frames/0/time", "/frames/1/scene", "/frames/2"));
+    EXPECT_THAT(pointers(R"({"frames":{}})"), ElementsAre("/frames"));
 }
 
 // What is answered does not grow with what is wrong.

@@ -40,6 +40,8 @@ Json parsedFile(std::string_view text) {
                           " levels deep");
             case JsonTextError::Kind::numberRange:
                 malformed("the JSON has a number that is out of range: " + error.pointer);
+            case JsonTextError::Kind::elements:  // without limits of them
+            case JsonTextError::Kind::values:
             case JsonTextError::Kind::syntax:
                 break;
         }

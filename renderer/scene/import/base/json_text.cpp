@@ -11,8 +11,8 @@ using nlohmann::json;
 
 class Builder : public nlohmann::json_sax<json> {
 public:
-    Builder(std::size_t maxDepth, std::vector<std::string>* doubled)
-        : maxDepth_(maxDepth), doubled_(doubled) {}
+    Builder(std::size_t maxDepth, std::vector<std::string>* doubled, const JsonSizes& sizes)
+        : maxDepth_(maxDepth), doubled_(doubled), sizes_(sizes) {}
 
     bool null() override { return add(nullptr); }
     bool boolean(bool value) override { return add(value); }
@@ -52,6 +52,20 @@ private:
         std::string key;  // of an object: its last one
     };
 
+    bool fail(JsonTextError::Kind kind, std::string pointer) {
+        error_.emplace(kind, 0, std::move(pointer));
+        return false;
+    }
+
+    // Whether the next value is within the limits.
+    bool hasRoom() {
+        if (++values_ > sizes_.values) return fail(JsonTextError::Kind::values, "");
+        if (levels_.empty() || !levels_.back().value->is_array()) return true;
+        if (levels_.back().value->size() < sizes_.elements) return true;
+        levels_.pop_back();  // the pointer is that of the list
+        return fail(JsonTextError::Kind::elements, pointerOfOpen());
+    }
+
     // Its address is valid until the next value of the same list or object is added.
     json* put(json&& value) {
         if (levels_.empty()) return &(root_ = std::move(value));
@@ -60,14 +74,13 @@ private:
         return &((*level.value)[level.key] = std::move(value));
     }
     bool add(json value) {
+        if (!hasRoom()) return false;
         put(std::move(value));
         return true;
     }
     bool open(json value) {
-        if (levels_.size() == maxDepth_) {
-            error_.emplace(JsonTextError::Kind::depth, 0, "");
-            return false;
-        }
+        if (levels_.size() == maxDepth_) return fail(JsonTextError::Kind::depth, "");
+        if (!hasRoom()) return false;
         levels_.push_back({put(std::move(value)), {}});
         return true;
     }
@@ -77,10 +90,14 @@ private:
     }
 
     // Of the value that comes next.
-    std::string pointer() const {
+    std::string pointer() const { return pointerTo(true); }
+    // Of the value that was added last at the innermost level.
+    std::string pointerOfOpen() const { return pointerTo(false); }
+
+    std::string pointerTo(bool next) const {
         std::string text;
         for (const Level& level : levels_) {
-            const bool isLast = &level == &levels_.back();
+            const bool isLast = next && &level == &levels_.back();
             const std::size_t index = level.value->size() - (isLast ? 0 : 1);
             text = joinedPointer(text, level.value->is_array() ? std::to_string(index) : level.key);
         }
@@ -89,6 +106,8 @@ private:
 
     std::size_t maxDepth_;
     std::vector<std::string>* doubled_;
+    const JsonSizes sizes_;
+    std::size_t values_ = 0;  // so far
     std::vector<Level> levels_;
     json root_;
     std::optional<JsonTextError> error_;
@@ -96,8 +115,9 @@ private:
 
 }  // namespace
 
-json jsonFrom(std::string_view text, std::size_t maxDepth, std::vector<std::string>* doubled) {
-    Builder builder(maxDepth, doubled);
+json jsonFrom(std::string_view text, std::size_t maxDepth, std::vector<std::string>* doubled,
+              const JsonSizes& sizes) {
+    Builder builder(maxDepth, doubled, sizes);
     json::sax_parse(text, &builder);
     if (builder.error()) throw *builder.error();
     return std::move(builder.value());
