@@ -129,7 +129,7 @@ Server::Server(const Config& config)
     routes_.add("/v1/environments", "GET", forwarded, forward);
     routes_.add("/v1/environments/{map}", "GET", forwarded, forward);
     addRoutes(routes_, UploadRoutes{*backend_, uploads_ ? &*uploads_ : nullptr,
-                                    uploads.import.wallClock, stopping_});
+                                    uploads.import.wallClock, stopping_, http_.holdings()});
     addRoutes(routes_, LiveRoutes{*frames_, views_, streams_});
     routes_.add("/healthz", "GET", DocumentRoutes{}, getHealth);
     routes_.add("/openapi.json", "GET", DocumentRoutes{}, getOpenApi);

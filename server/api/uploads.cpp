@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 #include <set>
 #include <thread>
 #include <vector>
@@ -121,15 +122,17 @@ bool prefersAsync(const Call& call) {
 }
 
 // Waits until the scene is loaded, as long as the client, the server and the time limit permit.
+// Waiting occupies a thread, so that few calls may do so at once.
 Answer awaitScene(const UploadRoutes& routes, const Call& call, const std::string& id, bool isNew) {
     const auto until = Clock::now() + routes.importTime + kExtraPatience;
+    std::optional<Holdings::Held> share;
+    if (!prefersAsync(call)) share = routes.holdings.take(Pool::waits, call.client, 1);
     for (;;) {
         SceneReport scene = routes.backend.sceneReport(id);
         if (scene.state == SceneState::failed) throw noScene(scene.failure, scene.reason);
         const bool ready = scene.state == SceneState::ready || scene.isKnown;
         const bool cancelled = call.cancellation && call.cancellation->cancelled();
-        if (!ready && !prefersAsync(call) && !cancelled && !routes.stopping &&
-            Clock::now() < until) {
+        if (!ready && share && !cancelled && !routes.stopping && Clock::now() < until) {
             std::this_thread::sleep_for(kPollInterval);
             continue;
         }

@@ -30,7 +30,7 @@ enum class Pool : std::uint8_t {
     smallResponseBytes,
     streams,  // live streams and sequences
     views,    // live views
-    waits,    // frames that wait for light; each occupies a thread of the front
+    waits,    // for light or an uploaded scene; each occupies a thread of the front
     jobs      // that wait or run
 };
 inline constexpr std::size_t kPools = 8;

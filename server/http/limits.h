@@ -42,7 +42,7 @@ struct HttpLimits {
     std::size_t smallUnsentBytes = 64 * 1024 * 1024;
     std::size_t streams = 32;  // live streams and sequences, of all clients together
     std::size_t views = 128;   // live views, of all clients together
-    std::size_t waits = 8;     // frames that wait for light (Prefer: wait), of all clients together
+    std::size_t waits = 8;     // frames that wait for light, uploads that load; of all clients
     std::vector<LargeBodies> large;
     // Of all bodies above bodyBytes together that are being received or handled.
     std::size_t largeBytes = 256 * 1024 * 1024;
