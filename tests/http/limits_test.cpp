@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <map>
 #include <set>
@@ -205,28 +204,6 @@ TEST(Limits, ReadingEndsAtTheGreatestNumberOfValues) {
     } catch (const RequestError& error) {
         EXPECT_EQ(error.problem().detail, "The body has more than 500000 values.");
     }
-}
-
-double processorSeconds() {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-// A ratio of two times on one thread, so that the machine does not matter: it was 16.
-TEST(Limits, TheCommonFieldsOfASequenceAreReadOnce) {
-    const auto secondsFor = [](const json& overrides) {
-        const json body = {{"common", {{"overrides", overrides}}},
-                           {"turntable", {{"seconds", 200}, {"frameRate", 100}}}};
-        const double begun = processorSeconds();
-        EXPECT_EQ(sequenceFrom(body).count(), 20'000u);
-        return processorSeconds() - begun;
-    };
-    json overrides = json::array();
-    for (int i = 0; i < 60; ++i) overrides.push_back({{"node", "n"}, {"roughness", 0.5}});
-    const double without = secondsFor(json::array()), with = secondsFor(overrides);
-    std::cout << "20,000 frames: " << without << " s, with 60 overrides " << with << " s\n";
-    EXPECT_LT(with, 3.0 * without);
 }
 
 // A frame changes the common fields for itself only, and has the default of a part it leaves out.
