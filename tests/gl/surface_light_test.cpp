@@ -265,7 +265,7 @@ TEST_F(LightBetweenSurfaces, EachSideOfRoughMetalReflectsWhatItFaces) {
     EXPECT_LT(back, 2e-3f * front);
 }
 
-// A pane has no inside: who is behind its back is not buried in a body.
+// A pane has no inside: surfaces behind its back are not inside a body.
 TEST_F(LightBetweenSurfaces, ARoomUnderOneSidedGlassIsLit) {
     const auto floor = [](bool bothSides) {
         Scene scene;

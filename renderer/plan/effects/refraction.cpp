@@ -27,7 +27,7 @@ struct GlassBody {
     double share = 0.0;              // fraction of the picture, 0..1
     double roughness = 0.0;          // of the roughest surface, 0..1
     double triangles = 0.0;          // in view
-    bool flat = true;                // a mirrored view shows what each surface reflects
+    bool mirrored = true;            // a mirrored view shows what each surface reflects
 };
 GlassBody bodyFrom(const SeenView& seen, std::size_t first) {
     GlassBody body{.first = first, .end = first};
@@ -38,7 +38,7 @@ GlassBody bodyFrom(const SeenView& seen, std::size_t first) {
         body.box.add(side.box);
         body.share = std::min(1.0, body.share + side.share);
         body.roughness = std::max(body.roughness, double{side.surface->roughness});
-        body.flat = body.flat && side.surface->flatPart != kNone;
+        body.mirrored = body.mirrored && side.surface->flatPart != kNone;
         for (const SeenCluster& c : side.clusters) body.triangles += c.indexCount / 3.0;
     }
     return body;
@@ -81,7 +81,8 @@ std::vector<Candidate> candidatesFor(ViewContext& context, const ViewTask& task,
                        .sharing = std::max(1.0, bodies / kBodiesOfLayer),
                        .shading = context.shading,
                        .software = limits.software}),
-         solid || body.flat ? backdropError(solid, a.backFaces) : unmirroredPaneError(enclosed)}};
+         solid || body.mirrored ? backdropError(solid, a.backFaces)
+                                : unmirroredPaneError(enclosed)}};
     if (limits.rays != Rays::none && !task.captured) {  // captured faces are small and blurred
         const bool processorRays = limits.rays == Rays::processor;
         const double paths = pathsOfRay(a.glassRaySamples, body.roughness, processorRays);
